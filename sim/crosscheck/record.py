@@ -17,7 +17,7 @@ from pixstep.board.upload import LineUpload
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
-from pixstep.moves import accel, homing, legs
+from pixstep.moves import fast, homing, legs
 from pixstep.profiles.generator import LineRequest, generate
 from pixstep.simulation.simulated_board import SerialLoad, SimulatedBoard
 
@@ -122,7 +122,7 @@ def saturated(name: str, folder: Path) -> None:
 def home(name: str, folder: Path) -> None:
     """Record homings to a switch that is late and bounces: for long, and within the capture."""
     knobs = "home=0,hyst=2,travel=-900..900,start=-480,delay=1500,bounce=6,bounce_ticks=9000"
-    profile = accel.Acceleration((2, 20, 50, 70, 110), haps=4)
+    profile = fast.Acceleration((2, 20, 50, 70, 110), haps=4)
     axis = 0 if name == "uno" else 2
     with Recording(name, folder, HOMING_HZ, {axis: knobs}) as run:
         run.board.command("enable", [axis])

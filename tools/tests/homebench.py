@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from bench import Bench
-from pixstep.moves import accel, fast, homing, legs
+from pixstep.moves import fast, homing, legs
 
 HZ = Fraction(500)
-PROFILE = accel.Acceleration((2, 20, 50, 70, 110), haps=4)
+PROFILE = fast.Acceleration((2, 20, 50, 70, 110), haps=4)
 SLOW_STEPS_PX = 2  # 1000 steps/s: a millisecond of the switch's delay is one step
 MOST_DELAY_TICKS = 16_000
 KNOBS = "home=0,hyst=2,travel=-900..900,start=-300"

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from ideal_drive import IdealDrive, Stepper
 from pixstep.__main__ import run
-from pixstep.operations import motor_drives
+from pixstep.operations import ioc
 
 
 @contextlib.contextmanager
@@ -31,5 +31,5 @@ def ideal(folder, machine, port, log, *, simulate):
 
 if __name__ == "__main__":
     place = Path(sys.argv.pop(1))
-    motor_drives.opened = lambda *given, **more: ideal(place, *given, **more)
+    ioc.opened = lambda *given, **more: ideal(place, *given, **more)
     run()

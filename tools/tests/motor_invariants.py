@@ -2,7 +2,7 @@
 """What holds of a motor record after every operation, whatever came before."""
 
 from pixstep.motor_record import FIELDS, FieldType, Mip, Msta
-from pixstep.motor_record.menus import Spmg
+from pixstep.motor_record.field import Spmg
 
 WHOLE = {
     FieldType.LONG: (-(2**31), 2**31 - 1),

@@ -4,8 +4,7 @@
 from pixstep.board.state import Record
 from pixstep.jobs import comparison
 from pixstep.jobs.machine_copy import MachineCopy
-from pixstep.jobs.parts import Parts
-from pixstep.jobs.run_folder import RunFolder
+from pixstep.jobs.run_folder import Parts, RunFolder
 
 BEGUN_S = 1_795_748_204.0
 

@@ -11,11 +11,11 @@ from pathlib import Path
 
 from pixstep.__main__ import run
 from pixstep.ioc.channels import FieldChannel
-from pixstep.operations import motor_drives
+from pixstep.operations import ioc
 
 if __name__ == "__main__":
     place = Path(sys.argv.pop(1))
-    options, post = motor_drives.sim_options, FieldChannel.post
+    options, post = ioc.sim_options, FieldChannel.post
     states = (place / "dmov.csv").open("w")
 
     async def noted(self, value, time_s):
@@ -27,6 +27,6 @@ if __name__ == "__main__":
             states.flush()
         await post(self, value, time_s)
 
-    motor_drives.sim_options = lambda machine: replace(options(machine), edges=place / "edges.csv")
+    ioc.sim_options = lambda machine: replace(options(machine), edges=place / "edges.csv")
     FieldChannel.post = noted
     run()

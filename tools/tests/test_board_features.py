@@ -4,6 +4,7 @@
 import pytest
 
 from console import put
+from every_function import EveryFunction
 from pixstep.board import boards, run, together
 from pixstep.board.device import Device
 from pixstep.board.errors import MissingFeatureError
@@ -77,7 +78,7 @@ def test_records_of_a_board_without_clock_statistics_say_so(one):
 
 
 def test_functions_that_are_not_served_name_the_feature(one):
-    board = Device(one.client)
+    board = EveryFunction(one.client)
     one.board.without("bits", "diagnosis")
     for ask in (lambda: board.read_coils(0, 1), lambda: board.write_coil(0, True)):
         with pytest.raises(MissingFeatureError, match="without bits") as refused:

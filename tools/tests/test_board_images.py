@@ -7,6 +7,7 @@ from fractions import Fraction
 import pytest
 
 from console import put
+from every_function import EveryFunction
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
@@ -172,7 +173,7 @@ def test_functions_of_missing_features_are_refused_and_change_nothing(live, name
 
 @pytest.mark.parametrize("name", with_feature("diagnosis"))
 def test_every_function_that_the_client_has(live, name):
-    board = Device(live(name).client)
+    board = EveryFunction(live(name).client)
     assert board.identification(1) == {
         "vendor": "pixstep", "product_code": name, "revision": board.who().firmware,
     }  # fmt: skip
@@ -191,7 +192,7 @@ def test_every_function_that_the_client_has(live, name):
 @pytest.mark.parametrize("name", with_feature("bits"))
 def test_bits(live, name):
     one = live(name)
-    board = Device(one.client)
+    board = EveryFunction(one.client)
     one.pin("LIMIT_PLUS", 0)
     one.seconds(0.02)
     bits = board.read_discretes(0, 32)
@@ -228,7 +229,7 @@ def test_events_of_the_image(live):
 @pytest.mark.parametrize("name", with_feature("diagnosis"))
 def test_a_silent_board_comes_back(live, name):
     one = live(name)
-    board = Device(one.client)
+    board = EveryFunction(one.client)
     board.listen_only()
     with pytest.raises(BoardError):
         board.who()

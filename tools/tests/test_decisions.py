@@ -15,7 +15,7 @@ from pixstep.errors import UserError
 from pixstep.lines import core, exact, line_check
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import MARK_SMOOTH, queue_entries
-from pixstep.moves import accel, fast
+from pixstep.moves import fast
 from pixstep.profiles import generator, readings
 from pixstep.profiles.generator import LineRequest, generate
 from worked import ACCELERATING, DATA, SAMPLE_CSV, worked_line
@@ -35,7 +35,7 @@ def test_q3_the_decode_rule_travels_with_the_line():
 
 
 def test_q3_a_fast_move_is_plain():
-    profile = accel.read(DATA / "AccProf-fast-move.csv")
+    profile = fast.read(DATA / "AccProf-fast-move.csv")
     assert fast.plan(profile, 5000).line("move").decode == PLAIN
 
 

@@ -12,6 +12,7 @@ from pixstep.lines import exact
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.units import edge_tick, period_ticks
 from pixstep_trials.cases import plain_case, smooth_case
+from plan_judge import brute_force_positions
 from worked import ACCELERATING, EXPECTED, worked_line
 
 ONE = Fraction(1)
@@ -54,7 +55,7 @@ def test_closed_form_equals_brute_force(seed):
     rng = random.Random(seed)
     for make in (smooth_case, plain_case):
         case = make(rng)
-        brute = exact.brute_force_positions(case.line, case.period)
+        brute = brute_force_positions(case.line, case.period)
         assert exact.expected_positions(case.line) == brute
 
 
@@ -66,7 +67,7 @@ def test_backlash_table_equals_brute_force(part, hz):
     zero = (0,) if backlash else ()
     line = Line((*zero, 10, 42, 96, 128, 128, 100, 50, 14, *zero), backlash=backlash)
     assert line.speeds[-1] == 0 and line.line_speed == speed
-    brute = exact.brute_force_positions(line, period_ticks(hz, TICK_HZ))
+    brute = brute_force_positions(line, period_ticks(hz, TICK_HZ))
     assert exact.expected_positions(line) == brute
 
 

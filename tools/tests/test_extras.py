@@ -76,7 +76,7 @@ def test_only_drawings_need_matplotlib(tmp_path):
 def test_only_the_server_of_records_needs_caproto(tmp_path):
     done = run(MODULES, ["caproto"], tmp_path)
     assert {name.removeprefix("pixstep.") for name in done.stdout.split()} == {
-        f"ioc.{name}" for name in ("channels", "circuits", "motors", "server", "status")
+        f"ioc.{name}" for name in ("channels", "motors", "server")
     }
 
 

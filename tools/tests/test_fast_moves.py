@@ -17,19 +17,19 @@ from pixstep.cli.main import main
 from pixstep.errors import UserError
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, Line
-from pixstep.moves import accel, experiments, fast
+from pixstep.moves import experiments, fast
 from pixstep.moves.move_judge import MoveJob
 from worked import DATA, SAMPLE_CSV
 
 PROFILE = DATA / "AccProf-fast-move.csv"
-FAST = accel.Acceleration((40, 120, 240, 400, 600, 840, 1120, 1440, 1700, 1900, 2000))
+FAST = fast.Acceleration((40, 120, 240, 400, 600, 840, 1120, 1440, 1700, 1900, 2000))
 FARTHEST = cases(100_000, 1_000_000)
 BOARDS = TRIED_BOARDS
 
 
 def random_profile(rng):
     top = rng.choice([3, 40, 700, 16_383])
-    return accel.Acceleration(tuple(sorted(rng.randint(1, top) for _ in range(rng.randint(1, 30)))))
+    return fast.Acceleration(tuple(sorted(rng.randint(1, top) for _ in range(rng.randint(1, 30)))))
 
 
 def random_steps(rng, most=1_000_000):
@@ -84,7 +84,7 @@ def test_a_move_is_the_shortest_and_slowest_and_nearly_symmetric(seed):
 
 
 def test_every_short_move_of_the_sample():
-    profile = accel.read(PROFILE)
+    profile = fast.read(PROFILE)
     for steps in range(1, 5000):
         assert sum(fast.plan(profile, steps).counts) == steps
     assert fast.plan(profile, 1).counts == (1,)
@@ -123,7 +123,7 @@ def test_moves_far_beyond_a_million_steps():
 )
 def test_refused_moves(steps, top, text):
     with pytest.raises(UserError, match=text):
-        fast.plan(accel.Acceleration((top,)), steps)
+        fast.plan(fast.Acceleration((top,)), steps)
 
 
 def header(name="p", haps=10):
@@ -143,7 +143,7 @@ def test_profiles_are_refused_by_file_and_row(tmp_path, values, with_header, tex
     path = tmp_path / "p.csv"
     formats.write_csv(path, values, header() if with_header else None)
     with pytest.raises(UserError, match=f"p.csv{text}"):
-        accel.read(path)
+        fast.read(path)
 
 
 def test_profiles_of_many_lines_and_binary_ones(tmp_path):
@@ -152,21 +152,21 @@ def test_profiles_of_many_lines_and_binary_ones(tmp_path):
     broken = formats.of_lines([(4, 9), (5, 8, 7)], header())
     for kind, place in (("csv", r":13:6"), ("csb", ": line 2, entry 3")):
         formats.write_motion(tmp_path / f"p.{kind}", replace(made, kind=kind))
-        assert accel.read(tmp_path / f"p.{kind}", number=2).counts == (5, 8, 11)
+        assert fast.read(tmp_path / f"p.{kind}", number=2).counts == (5, 8, 11)
         with pytest.raises(UserError, match=r"choose one by line 1\.\.2"):
-            accel.read(tmp_path / f"p.{kind}")
+            fast.read(tmp_path / f"p.{kind}")
         formats.write_motion(tmp_path / f"q.{kind}", replace(broken, kind=kind))
         with pytest.raises(UserError, match=f"q.{kind}{place}: the speed falls from 8 to 7"):
-            accel.read(tmp_path / f"q.{kind}", number=2)
+            fast.read(tmp_path / f"q.{kind}", number=2)
 
 
 def test_a_speed_limit_makes_a_steep_profile_usable(tmp_path):
     formats.write_csv(tmp_path / "p.csv", [4, 16_384])
-    assert accel.read(tmp_path / "p.csv", max_speed=900).counts == (4, 900)
+    assert fast.read(tmp_path / "p.csv", max_speed=900).counts == (4, 900)
 
 
 def test_header_gives_haps_and_frequency():
-    profile = accel.read(PROFILE)
+    profile = fast.read(PROFILE)
     assert (profile.haps, profile.made_for_hz) == (10, 30)
     assert profile.notes_at(Fraction(30)) == []
     assert "made for 30 Hz, used at 60 Hz" in profile.notes_at(Fraction(60))[0]
@@ -268,7 +268,7 @@ def test_sim_command_draws_and_judges(tmp_path):
 
 @pytest.mark.usefixtures("simulator")
 def test_a_move_too_fast_for_the_board_is_refused(tmp_path):
-    steep = accel.Acceleration((100, 9000))
+    steep = fast.Acceleration((100, 9000))
     job = MoveJob(steep, fast.plan(steep, 50_000), "uno", 0, Fraction(60))
     done = experiments.simulate_move(job, tmp_path)
     assert done.judged.summary["verdict"] == "refused"

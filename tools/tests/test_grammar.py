@@ -15,8 +15,8 @@ from command_tree import FOREIGN, own_commands, walk
 from pixstep import natives
 from pixstep.cli.command import LazyCommand, OutFileType, OutFolderType, OutPictureType
 from pixstep.cli.examples import EXAMPLES
+from pixstep.cli.from_operation import SCHEMA
 from pixstep.cli.main import main
-from pixstep.cli.output import SCHEMA
 
 # One meaning each; a command that has the option at all has it with this kind of value.
 MEANINGS = {

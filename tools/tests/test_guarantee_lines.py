@@ -42,6 +42,21 @@ def test_a_slow_clock_is_always_followed(board, hz):
     assert [guarantee.refusal([one] * axes, here) for one in lines] == [""] * len(lines)
 
 
+def test_three_axes_that_brake_hard_together_are_too_slow():
+    """The interval of a wide curve moves by two ticks a step there, and each move costs."""
+    speeds = [0, 690, 1380, *[1380] * 30, 690, 0]
+    line = Line(tuple((a + b) // 2 for a, b in pairwise(speeds)), SMOOTH, name="brake")
+    fast_bus = guarantee.LineConditions("mega", Fraction(24), baud=250_000)
+    as_measured = next(guarantee.verdicts([line] * 3, fast_bus))
+    assert (as_measured.follows, as_measured.pixel) == (False, 34)
+
+
+def test_an_uno_passes_entries_one_by_one():
+    """Room comes with every step, not with a batch of them."""
+    line = guarantee.line_at("smooth", 530, Fraction(100))
+    assert guarantee.follows([line], world("uno", 100))
+
+
 def test_a_refusal_names_the_line_its_pixel_and_what_fits():
     lines = [ramps(14)] * 4
     text = guarantee.refusal(lines, world("mega", 2500))

@@ -12,12 +12,12 @@ from effort import cases
 from homebench import HomeBench
 from pixstep.board import boards
 from pixstep.cli.main import main
-from pixstep.moves import accel, experiments, homing, homing_judge, legs
+from pixstep.moves import experiments, fast, homing, homing_judge, legs
 from worked import DATA
 
 pytestmark = pytest.mark.usefixtures("simulator")
 PATH = DATA / "AccProf-fast-move.csv"
-PROFILE = accel.read(PATH)
+PROFILE = fast.read(PATH)
 HZ = Fraction(90)
 PLANT = "home=2000,hyst=8,travel=-500..4000"
 AXES = [(board.name, axis) for board in boards.all_boards() for axis in range(board.axes)]

@@ -11,11 +11,11 @@ from fake_home import FakeHome, Plant
 from pixstep.board import registers as regs
 from pixstep.errors import UserError
 from pixstep.lines import runs
-from pixstep.moves import accel, homing, legs
+from pixstep.moves import fast, homing, legs
 from pixstep.moves.homing import HomingError
 from worked import DATA
 
-PROFILE = accel.read(DATA / "AccProf-fast-move.csv")
+PROFILE = fast.read(DATA / "AccProf-fast-move.csv")
 HZ = Fraction(300)
 
 
@@ -30,7 +30,7 @@ def home(plant, made=None, **options):
 
 
 def test_a_seek_line_is_a_ramp_held_and_mirrored():
-    seek = legs.seek_line(accel.Acceleration((4, 12, 20)), -1, 100)
+    seek = legs.seek_line(fast.Acceleration((4, 12, 20)), -1, 100)
     assert seek.rising == (-4, -12, -20) and seek.falling == (-12, -4) and seek.hold_px == 2
     assert (seek.steps, seek.pixels) == (-92, 7)
     assert runs.seek_entries(seek) == [
@@ -40,7 +40,7 @@ def test_a_seek_line_is_a_ramp_held_and_mirrored():
 
 
 def test_a_seek_for_opening_at_one_speed():
-    seek = legs.seek_line(accel.Acceleration((5,)), 1, 70_000 * 5, opens=True)
+    seek = legs.seek_line(fast.Acceleration((5,)), 1, 70_000 * 5, opens=True)
     assert runs.seek_entries(seek) == [
         (runs.MARK_START | runs.MARK_SEEK | runs.MARK_SEEK_OPEN, 0), (0, 0),
         (5, 65_535), (5, 70_000 - 65_535), (runs.MARK_DOWN, 0), (runs.MARK_END, 0),
@@ -80,7 +80,7 @@ def test_plans_that_cannot_be(changes, text):
 
 def test_a_profile_without_haps_needs_the_option():
     with pytest.raises(UserError, match="give haps"):
-        legs.plan(accel.Acceleration((4, 8)), legs.HomingRequest(0, 1), HZ)
+        legs.plan(fast.Acceleration((4, 8)), legs.HomingRequest(0, 1), HZ)
 
 
 def names(result):

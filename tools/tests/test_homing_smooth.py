@@ -15,13 +15,13 @@ from homebench import HomeBench, assert_repeats, repeat
 from pixstep.board import boards
 from pixstep.cli.main import main
 from pixstep.lines.line import PLAIN, SMOOTH
-from pixstep.moves import accel, experiments, homing, homing_judge, legs
+from pixstep.moves import experiments, fast, homing, homing_judge, legs
 from pixstep.simulation.logs import read_edges
 from worked import DATA
 
 pytestmark = pytest.mark.usefixtures("simulator")
 PATH = DATA / "AccProf-fast-move.csv"
-PROFILE = accel.read(PATH)
+PROFILE = fast.read(PATH)
 SPEEDS = (0, 8, 16, 24, 32, 40, 52, 64, 84, 104, 136)  # of its first ten entries, by hand
 HZ = Fraction(290)  # 136 steps/px: just below what seeks of the mega may have
 PLANT = "home=2000,hyst=8,travel=-500..4000"
@@ -203,7 +203,7 @@ def test_a_step_missing_is_found(sound, step, text):
     ("changes", "text"),
     [
         ({"ramp": PROFILE.leading(9)}, "136 steps/pixel after pixel 10, HAPs allow 104"),
-        ({"ramp": accel.Acceleration((2, 6, 60, 80))}, "the speed changes from 0 to 8"),
+        ({"ramp": fast.Acceleration((2, 6, 60, 80))}, "the speed changes from 0 to 8"),
     ],
 )
 def test_speeds_beyond_the_profile_are_found(sound, changes, text):

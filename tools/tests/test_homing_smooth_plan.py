@@ -11,13 +11,13 @@ from fake_home import FakeHome, Plant
 from pixstep.errors import UserError
 from pixstep.lines import line_check, runs
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.moves import accel, homing, legs
+from pixstep.moves import fast, homing, legs
 from pixstep.moves.homing import HomingError
 from pixstep.profiles import origin, readings
 from worked import DATA
 
 PATH = DATA / "AccProf-fast-move.csv"
-PROFILE = accel.read(PATH)
+PROFILE = fast.read(PATH)
 SPEEDS = (8, 16, 24, 32, 40, 52, 64, 84, 104, 136)  # after the first ten entries, by hand
 HZ = Fraction(300)
 
@@ -51,7 +51,7 @@ def test_the_motor_is_known_by_the_name_of_its_file(suffix):
 
 
 def test_a_smooth_seek_holds_the_speed_behind_its_last_entry_and_mirrors_all():
-    seek = legs.seek_line(accel.Acceleration((4, 12, 20)), -1, 150, decode=SMOOTH)
+    seek = legs.seek_line(fast.Acceleration((4, 12, 20)), -1, 150, decode=SMOOTH)
     assert seek.rising == (-4, -12, -20) and seek.falling == (-20, -12, -4)
     assert (seek.held, seek.hold_px, seek.steps, seek.pixels) == (-24, 3, -144, 9)
     mark = runs.MARK_START | runs.MARK_SEEK | runs.MARK_SMOOTH | runs.MARK_NEGATIVE
@@ -62,7 +62,7 @@ def test_a_smooth_seek_holds_the_speed_behind_its_last_entry_and_mirrors_all():
 
 
 def test_a_smooth_seek_for_opening_in_plus_direction():
-    seek = legs.seek_line(accel.Acceleration((2,)), 1, 4 * 70_001, opens=True, decode=SMOOTH)
+    seek = legs.seek_line(fast.Acceleration((2,)), 1, 4 * 70_001, opens=True, decode=SMOOTH)
     mark = runs.MARK_START | runs.MARK_SEEK | runs.MARK_SEEK_OPEN | runs.MARK_SMOOTH
     assert runs.seek_entries(seek) == [
         (mark, 0), (0, 0), (2, 1), (4, 65_535), (4, 70_000 - 65_535),
@@ -94,7 +94,7 @@ def test_haps_are_entries_and_the_top_is_the_speed_behind_the_last():
 
 @pytest.mark.parametrize(("first", "slow"), [(1, 2), (2, 2), (3, 2), (4, 4), (5, 4), (9, 8)])
 def test_the_slow_approach_is_the_largest_even_speed_not_above_the_first_entry(first, slow):
-    made = plan(profile=accel.Acceleration((first, 40), haps=1))
+    made = plan(profile=fast.Acceleration((first, 40), haps=1))
     seek = made.slow_approach()
     assert made.slow == slow == seek.held
     assert seek.rising == (slow // 2,) == seek.falling and seek.hold_px > 1
@@ -134,7 +134,7 @@ def test_plans_that_cannot_be(changes, text):
     ],
 )
 def test_profiles_that_a_smooth_axis_cannot_follow(counts, entry, text):
-    profile = accel.Acceleration(counts, haps=len(counts), source="x.csv")
+    profile = fast.Acceleration(counts, haps=len(counts), source="x.csv")
     with pytest.raises(UserError, match=text) as caught:
         plan(profile=profile, search_steps=100_000)
     assert str(caught.value).startswith(f"x.csv: entry {entry}, decoded as smooth: ")
@@ -143,12 +143,12 @@ def test_profiles_that_a_smooth_axis_cannot_follow(counts, entry, text):
 
 def test_only_the_haps_entries_must_be_sound():
     """What lies beyond is for fast moves, which are plain."""
-    profile = accel.Acceleration((4, 12, 20, 200, 200), haps=3)
+    profile = fast.Acceleration((4, 12, 20, 200, 200), haps=3)
     assert plan(profile=profile).top == 24
 
 
 def test_a_smooth_profile_need_not_rise_everywhere():
-    profile = accel.Acceleration((4, 8, 8, 8, 10), haps=5)
+    profile = fast.Acceleration((4, 8, 8, 8, 10), haps=5)
     assert plan(profile=profile).speeds == (8, 8, 8, 8, 12)
 
 

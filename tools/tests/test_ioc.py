@@ -11,7 +11,7 @@ from ideal_drive import JOG, REST, IdealDrive, Stepper
 from iocbench import FIELDS as GIVEN
 from iocbench import served, until
 from pixstep.ioc import common
-from pixstep.ioc.circuits import Circuit
+from pixstep.ioc.server import Circuit
 from pixstep.motor_record import FIELDS, FieldType, Msta
 
 REC = "T:m"
@@ -345,7 +345,7 @@ def test_a_client_that_does_not_read_is_let_go_and_the_others_go_on(monkeypatch)
         await send(self, items)
 
     monkeypatch.setattr(Circuit, "_send_monitors", deaf)
-    monkeypatch.setattr("pixstep.ioc.circuits.MOST_MONITORS", 20)
+    monkeypatch.setattr("pixstep.ioc.server.MOST_MONITORS", 20)
     with served(monkeypatch) as (host, wire):
         other = host.wire("deaf")
         request = other.channel(f"{REC}.RBV").subscribe()

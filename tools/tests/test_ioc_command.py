@@ -15,7 +15,7 @@ from iocbench import free_port, loopback, until
 from iocprocess import MACHINE, Command
 from pixstep import natives
 from pixstep.ioc import common
-from pixstep.operations import motor_drives
+from pixstep.operations import ioc
 
 
 @pytest.fixture
@@ -112,7 +112,7 @@ def test_an_address_that_cannot_be_had_is_one_line(folder, invoke, monkeypatch):
     address = {"EPICS_CAS_INTF_ADDR_LIST": "192.0.2.1"}
     for name, value in (loopback(free_port()) | address).items():
         monkeypatch.setenv(name, value)
-    monkeypatch.setattr(motor_drives, "opened", functools.partial(ideal, folder))
+    monkeypatch.setattr(ioc, "opened", functools.partial(ideal, folder))
     done = invoke("ioc", status=2)
     assert re.fullmatch(r"pixstep: Channel Access: .*EPICS_CAS_INTF_ADDR_LIST.*\n", done.stderr)
 

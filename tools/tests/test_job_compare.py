@@ -12,9 +12,9 @@ import jobbench
 from pixstep import formats, ops
 from pixstep.errors import RefusedError
 from pixstep.jobs import comparison
+from pixstep.jobs.comparison import AMBER, GREEN, GREY, RED
 from pixstep.jobs.job import Job
 from pixstep.jobs.machine_copy import MachineCopy
-from pixstep.jobs.rules import AMBER, GREEN, GREY, RED
 from pixstep.operations.job.check import KEY_MARK, LEGEND, STYLES
 
 STATUS = {GREEN: 0, GREY: 0, AMBER: 1, RED: 2}

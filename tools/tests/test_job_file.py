@@ -13,7 +13,7 @@ import pytest
 import jobbench
 from effort import cases
 from pixstep.errors import RefusedError, UserError
-from pixstep.jobs import archive, header, judging, tables
+from pixstep.jobs import archive, header, judging
 from pixstep.jobs.job import Job
 from pixstep.lines import exact
 
@@ -202,7 +202,7 @@ def test_members_that_do_not_fit_each_other_are_refused(made, tmp_path):
         return change
 
     def other_shapes(members, about):
-        members["shapes.parquet"] = tables.pack_shapes([])
+        members["shapes.parquet"] = archive.pack_shapes([])
 
     def no_profile(members, about):
         del members["profiles/turn.PRN"]
@@ -230,7 +230,7 @@ def test_a_file_is_written_whole_or_not_at_all(made, tmp_path, monkeypatch):
     job, _, data = made
     path = tmp_path / "a.pxjob"
     path.write_bytes(data)
-    monkeypatch.setattr("pixstep.jobs.tables.pack_runs", lambda runs: 1 / 0)
+    monkeypatch.setattr("pixstep.jobs.archive.pack_runs", lambda runs: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         job.write(path)
     assert path.read_bytes() == data and list(tmp_path.iterdir()) == [path]

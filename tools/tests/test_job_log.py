@@ -8,9 +8,8 @@ import pytest
 import runbench
 from pixstep.errors import RefusedError
 from pixstep.jobs import resuming, run_log
-from pixstep.jobs.history import History
 from pixstep.jobs.run_folder import RunFolder
-from pixstep.jobs.run_log import RunLog
+from pixstep.jobs.run_log import History, RunLog
 from pixstep.jobs.stations import of_job
 from pixstep.machine.files import MachineFile
 

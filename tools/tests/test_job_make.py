@@ -16,7 +16,7 @@ from pixstep.jobs import judging, line_files, making
 from pixstep.jobs.job import Job
 from pixstep.jobs.making import AskedImage, JobOptions
 from pixstep.lines.line import SMOOTH
-from pixstep.profiles import turning
+from pixstep.profiles import generator
 
 BACKLASH = 250
 
@@ -123,7 +123,7 @@ def test_a_motor_turns_in_the_middle_of_the_image(machine):
 
 
 def test_a_turning_motor_with_a_hard_first_pixel_gets_advice(machine):
-    slow = turning.slow_first_pixels
+    slow = generator.slow_first_pixels
     assert slow("M40", [10, 25, 60, 110, 110, 60]) == ""
     assert "its first pixel accelerates by 60 steps/px2" in slow("M40", [60, 110, 160, 110, 60])
     assert slow("M40", [60]) == slow("M40", []) == ""
@@ -282,9 +282,9 @@ def test_a_table_of_positions(machine, put):
 
 
 def making_of_table(machine, path):
-    from pixstep.jobs import position_table
+    pass
 
-    return position_table.of_table(machine, path, JobOptions()).job
+    return line_files.of_table(machine, path, JobOptions()).job
 
 
 @pytest.mark.parametrize(

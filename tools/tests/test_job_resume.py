@@ -14,8 +14,8 @@ from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
 from pixstep.errors import RefusedError, UserError
 from pixstep.jobs import account, resuming, runner
-from pixstep.jobs.history import Base
 from pixstep.jobs.run_folder import RunFolder
+from pixstep.jobs.run_log import Base
 from pixstep.operations.bus import StoppedError
 
 

@@ -20,7 +20,7 @@ from pixstep import natives, ops
 from pixstep.errors import UserError
 from pixstep.jobs.job import Job, id_of
 from pixstep.jobs.shapes import Shape
-from pixstep.jobs.simulated import blocks, cuts, tools, work
+from pixstep.jobs.simulated import cuts, work
 from pixstep.jobs.simulated.cuts import Cutter, SimulatedWorld
 from pixstep.jobs.simulated.judge import _Part, _turns
 from pixstep.jobs.simulated.rows import Edges
@@ -124,7 +124,7 @@ class TestSimulated:
         world = SimulatedWorld(lines=2)
         found = cuts.tools_of(job, world)
         cut = [*Cutter(job, world, found).cuts()][1]
-        answer = work.simulate(blocks.pack(job, cut, world, found), str(tmp_path))
+        answer = work.simulate(cuts.pack(job, cut, world, found), str(tmp_path))
         assert answer.refused == ""
         mine, theirs = tmp_path / f"{cut.key}.parquet", folder / "print.pxsim/edges"
         assert parquet.read_table(mine).equals(parquet.read_table(theirs / mine.name))
@@ -134,8 +134,8 @@ class TestSimulated:
         world = SimulatedWorld()
         other = {**cuts.tools_of(job, world), "pixstep-sim": "another one"}
         cut = next(Cutter(job, world, other).cuts())
-        answer = work.simulate(blocks.pack(job, cut, world, other), str(tmp_path))
-        assert f"{tools.host()} has pixstep-sim " in answer.refused
+        answer = work.simulate(cuts.pack(job, cut, world, other), str(tmp_path))
+        assert f"{cuts.host()} has pixstep-sim " in answer.refused
         assert "instead of another one" in answer.refused and [*tmp_path.iterdir()] == []
 
 
@@ -222,7 +222,7 @@ class TestKeys:
         machine = jobbench.write_machine(tmp_path)
         job = jobbench.large(machine, lines=64)
         found = [
-            len(blocks.pack(job, cut, SimulatedWorld(), TOOLS))
+            len(cuts.pack(job, cut, SimulatedWorld(), TOOLS))
             for cut in Cutter(job, SimulatedWorld(), TOOLS).cuts()
         ]
         print(f"a line of 3 motors with 500 pixels: {sum(found) / 64:.0f} bytes to its worker")

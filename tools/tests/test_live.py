@@ -26,9 +26,9 @@ from pixstep.errors import UserError
 from pixstep.jobs.job import Job
 from pixstep.jobs.report.story import Story
 from pixstep.lines.runs import queue_entries
-from pixstep.operations.live import serving, spots
+from pixstep.operations.live import serving
 from pixstep.operations.live import view as live_view
-from pixstep.operations.live.eye import Eye, Spot
+from pixstep.operations.live.eye import Eye, Spot, names_on
 from pixstep.operations.live.job_run import LiveRun
 from pixstep.operations.live.view import LiveView
 from pixstep.server import remote, web
@@ -58,7 +58,7 @@ class Scene:
         self.link, self.job, self.bell = link, job, Bell()
         snapshot.await_measured(self.board, link.world, 1 / 30)
         run.arm(self.board, [0, 1, 2], 0)
-        names = spots.names_on(tables, "/dev/ttyACM0")
+        names = names_on(tables, "/dev/ttyACM0")
         self.eye = Eye(Spot(Port("/dev/ttyACM0"), (1,), names), link, LOOK_S, self.bell.ring)
         with made.folder.log():
             self.run = LiveRun("a.pxrun", job, Story.of(made.folder, job))

@@ -8,7 +8,7 @@ import pytest
 from motor_bench import motor
 from pixstep.motor_record import FIELDS, MONITOR_ORDER, NOT_SERVED, MotorRecord, PutRefusedError
 from pixstep.motor_record.field import FieldType
-from pixstep.motor_record.model.values import Values
+from pixstep.motor_record.model.state import Values
 
 # The record's own fields by its database definition (R7-4), but those that NOT_SERVED names.
 RECORD = {

@@ -24,9 +24,9 @@ from pixstep.board.upload import LineUpload
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
-from pixstep.server import journal, meaning, places, remote, sessions
+from pixstep.server import journal, places, remote, sessions
 from pixstep.server.local import LocalModbus
-from pixstep.server.meaning import RequestMeaning
+from pixstep.server.messages import RequestMeaning, meaning_of
 from serverbench import Desk, Raw, beside, until
 
 STOP = regs.COMMANDS["stop"]
@@ -105,7 +105,7 @@ def command(name, mask=1):
     ],
 )
 def test_what_a_request_does(pdu, means):
-    assert meaning.of(pdu) == means
+    assert meaning_of(pdu) == means
 
 
 # Found by itself

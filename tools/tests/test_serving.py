@@ -24,6 +24,7 @@ from pymodbus.client import ModbusTcpClient
 import server_client
 from bad_bus import whole
 from effort import cases
+from every_function import EveryFunction
 from pixstep import formats, natives
 from pixstep.board import registers as regs
 from pixstep.board.device import Device
@@ -384,7 +385,7 @@ def test_modbus_tcp_by_pymodbus_and_mbpoll(simulator, runtime, tmp_path, mbpoll)
     number = int(json.loads(shop.server.line())["modbus_tcp"].rpartition(":")[2])
     try:
         with ModbusTcpClient("127.0.0.1", port=number, timeout=60, retries=0) as plc:
-            board = Device(remote.find(Port(shop.port)))
+            board = EveryFunction(remote.find(Port(shop.port)))
             head = plc.read_input_registers(0, count=4, device_id=1).registers
             assert head == board.read_inputs(0, 4)
             assert plc.read_holding_registers(0, count=20, device_id=1).registers == (

@@ -20,7 +20,7 @@ from pixstep.ioc import server, settings
 from pixstep.ioc.saved import Saved
 from pixstep.machine import files
 from pixstep.motor_drive import BusDrives
-from pixstep.operations import motor_drives
+from pixstep.operations import ioc
 from pixstep.simulation.logs import read_edges
 from pixstep_trials.ca_wire import HOST, CaWire
 
@@ -147,7 +147,7 @@ def _served(motors: int, edges: Path) -> Iterator[tuple[CaWire, BusDrives]]:
         "EPICS_CAS_BEACON_ADDR_LIST": HOST,
     }
     log = _NotedPort()
-    with motor_drives.simulated(machine, edges) as drives:
+    with ioc.simulated(machine, edges) as drives:
         made = [
             server.MotorSpec(name, settings.fields_of(machine, motor), drives[name])
             for name, motor in machine.motors.items()

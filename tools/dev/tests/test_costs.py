@@ -16,7 +16,9 @@ def test_the_table_fits_the_image(board):
     assert table.stale(board, table.measure(board)) == []
 
 
-@pytest.mark.parametrize(("name", "more"), [("step_isr", 20), ("even_px", 500), ("edge", 2000)])
+@pytest.mark.parametrize(
+    ("name", "more"), [("step_isr", 20), ("even_px", 500), ("edge", 2000), ("low", 0.2)]
+)
 def test_a_costlier_image_is_told_and_guaranteed_less(monkeypatch, name, more):
     known = costs.of("mega")
     costlier = replace(known, **{name: getattr(known, name) + more})

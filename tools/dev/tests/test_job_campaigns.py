@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from pixstep.jobs import resuming, rules, runner, shapes
+from pixstep.jobs import comparison, resuming, runner, shapes
+from pixstep.jobs.comparison import Rule
 from pixstep.jobs.resuming import Fate, LineInFlight
-from pixstep.jobs.rules import Rule
 from pixstep_dev.jobs import compare, disagree, kill, late, machine_changes, power, seams
 
 
@@ -59,8 +59,10 @@ class TestCampaigns:
         assert outcome.alone == len(machine_changes.CHANGES) and outcome.edges == compare.EDGES
 
     def test_the_comparisons_find_rules_that_are_others(self, monkeypatch):
-        monkeypatch.setitem(rules.RULES, ("clock", "pixel"), Rule(rules.AMBER, "x", key=True))
-        monkeypatch.setitem(rules.RULES, ("motors", "*", "axis"), Rule(rules.RED, "x"))
+        monkeypatch.setitem(
+            comparison.RULES, ("clock", "pixel"), Rule(comparison.AMBER, "x", key=True)
+        )
+        monkeypatch.setitem(comparison.RULES, ("motors", "*", "axis"), Rule(comparison.RED, "x"))
         outcome = compare.run(compare.JobComparePlan(pairs=0))
         named = {text.partition(":")[0] for text in outcome.complaints}
         assert named == {"pixel clock", "axis"}

@@ -63,12 +63,12 @@ struct guarantee_costs {
     double shifted_px;
     double turned_px;
     double flat_step, wide_step, steep_step, slow_step;
-    double moved_tick, missed_tick, short_batch;
+    double moved_tick, wide_moved_tick, missed_tick, short_batch;
     double zero_px, pump;
     double locked_px;
     double early;
     double account, account_px, account_entry, account_long_entry;
-    double account_piece_px, account_train_px;
+    double account_curve_px, account_piece_px, account_train_px;
     double edge, round, edge_locked, round_locked;
     double turn;
     double request;

@@ -31,17 +31,17 @@ struct guarantee_costs {
     double piece_px, piece_step, curve_px; // all others, even and curved
     double shifted_px;                     // more of one before backlash is taken up
     double turned_px;                      // and of one in the other direction
-    // Steps of a curve, by how they are found; ticks by which an interval moves, or is guessed
-    // wrong; a batch of few steps.
+    // Steps of a curve, by how they are found; ticks by which an interval moves, of narrow curves
+    // and of wide ones, or is guessed wrong; a batch of few steps.
     double flat_step, wide_step, steep_step, slow_step;
-    double moved_tick, missed_tick, short_batch;
+    double moved_tick, wide_moved_tick, missed_tick, short_batch;
     double zero_px, pump; // a part of a long wait
     double locked_px;     // more of each locked pixel
     double early;         // to ask for one that must wait for the clock, once a call
     // The account of what was made: a look, a pixel, an entry of a short pixel and of a long one,
-    // more of one at a pulse train.
+    // a pixel of a curve, of another piece, more of one at a pulse train.
     double account, account_px, account_entry, account_long_entry;
-    double account_piece_px, account_train_px;
+    double account_curve_px, account_piece_px, account_train_px;
     // An edge of the clock, a pass of the main loop with nothing to do; of locked lines.
     double edge, round, edge_locked, round_locked;
     double turn;         // more of a round for each call of the decoder
@@ -69,7 +69,7 @@ struct guarantee_board {
     // Of the bus: bytes while a frame is under way, bytes of frames and the rests between them.
     double bytes_per_tick, asked_per_tick;
     double round_ticks; // that a round of several axes decodes for
-    double margin;      // of all costs of the main loop
+    double margin;      // of all costs of the main loop: 1 and what their table misses
 };
 
 struct guarantee_verdict {

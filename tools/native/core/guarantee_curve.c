@@ -101,12 +101,18 @@ static void count_flat(const struct curve_shape *c,
     double steps = between(c, k0, k1, flat->from, NEVER);
     double a = fmax(speed_at(c, k0), fmax(flat->from, 1.0));
     double b = fmax(speed_at(c, k1), fmax(flat->from, 1.0));
+    double moved = fabs(c->ticks / a - c->ticks / b);
 
     if (steps <= 0.0) {
         return;
     }
-    *(flat->kind == NARROW ? &found->flat : &found->wide) += steps;
-    found->moved += fabs(c->ticks / a - c->ticks / b);
+    if (flat->kind == NARROW) {
+        found->flat += steps;
+        found->moved += moved;
+    } else {
+        found->wide += steps;
+        found->wide_moved += moved;
+    }
     if (!flat->stays) {
         // While the change is above an eighth of a tick, as many steps as the interval has
         // sixteens of ticks.

@@ -9,6 +9,8 @@
 #define ROOM_TO_GO_ON 20.0
 #define MARKS         15u
 #define TRAINS        2u
+#define BATCH_ALONE   120.0 // most steps of a batch of a single axis,
+#define BATCH_LOW     16.0  // and where its ring is low
 // Budget of a call of the firmware's decoder, in units of a step of a flat curve (round.c).
 #define CALL_UNITS    120.0
 #define WAITING_LEADS 4u
@@ -16,7 +18,8 @@
 // A single axis is accounted for every so many rounds; any one where so many entries are made.
 #define ADVANCE_ROUNDS 8u
 #define URGENT_ENTRIES 64.0
-#define MOST_BUSY      0.98 // of the interrupts: some time is always left
+#define LOAD_TICKS     1000.0 // most that an interrupt waits, and takes
+#define MOST_BUSY      0.98   // of the interrupts: some time is always left
 // Edges that the capture queue holds, of boards of several axes and of one.
 #define EDGES_SEVERAL 8.0
 #define EDGES_ONE     5.0
@@ -28,20 +31,21 @@ static double period(const struct loop *r)
 
 // ---- what may be written ----
 
-// A batch is no larger than the room that is left.
-static double batch_most(const struct axis *a)
+// A batch is no larger than the room that is left, and where it may be large than what the ring
+// still has: it shows when all of it is made.
+static double batch_most(const struct loop *r, const struct axis *a)
 {
     double room = RING_ENTRIES - a->used;
+    double most = r->several ? BATCH : fmin(fmax(a->used, BATCH_LOW), BATCH_ALONE);
 
-    return room < BATCH ? fmax(room, 1.0) : BATCH;
+    return fmax(fmin(room, most), 1.0);
 }
 
-// Room in the ring. A call of the decoder begins only where there is much of it, and goes on with
-// little.
-static bool has_room(const struct loop *r, const struct axis *a, bool goes_on)
+// Room in the ring that the next part waits for. A call of the decoder begins only where there is
+// much of it, and goes on with little.
+static double least_room(const struct loop *r, const struct axis *a, bool goes_on)
 {
     enum kind kind = a->walk.kind;
-    double room = RING_ENTRIES + 8.0 - a->used;
     bool in_curve = !r->several || (kind == CURVE && a->walk.done > 0.0);
     double least = in_curve ? ROOM_IN_CURVE : ROOM_TO_BEGIN;
 
@@ -50,9 +54,14 @@ static bool has_room(const struct loop *r, const struct axis *a, bool goes_on)
     }
 
     if (kind == CURVE || kind == SINGLES) {
-        return room >= least;
+        return least;
     }
-    return room >= fmin(fmax(least, a->next.part.entries), RING_ENTRIES);
+    return fmin(fmax(least, a->next.part.entries), RING_ENTRIES);
+}
+
+static double room_of(const struct axis *a)
+{
+    return RING_ENTRIES + 8.0 - a->used;
 }
 
 static bool is_early(const struct loop *r, const struct axis *a)
@@ -75,9 +84,8 @@ static bool is_early(const struct loop *r, const struct axis *a)
     return begins * b->divider - (r->edges - 1.0) > lead;
 }
 
-// True when the next part of an axis, a->next, may be written now; `goes_on`: in the call that has
-// written the one before.
-static bool may_write_more(const struct loop *r, struct axis *a, bool goes_on)
+// Take what is written next, a->next; false when the line is over.
+static bool take_next(const struct loop *r, struct axis *a)
 {
     if (!a->known) {
         if (!walk_piece(&a->walk, r->board)) {
@@ -86,13 +94,25 @@ static bool may_write_more(const struct loop *r, struct axis *a, bool goes_on)
         a->known = true;
         a->most = 0.0;
     }
-    if (fabs(a->most - batch_most(a)) > 0.5) {
-        a->most = batch_most(a);
+    if (fabs(a->most - batch_most(r, a)) > 0.5) {
+        a->most = batch_most(r, a);
         walk_job(&a->walk, r->cost, r->board, a->most, &a->next);
     }
-    return has_room(r, a, goes_on) && a->marks < MARKS &&
-           (!a->next.part.train || a->trains < TRAINS) && !is_early(r, a) &&
-           (uint8_t)(a->head + 1u) != a->tail;
+    return true;
+}
+
+// True when a->next has to wait for something else than room.
+static bool must_wait(const struct loop *r, const struct axis *a)
+{
+    return a->marks >= MARKS || (a->next.part.train && a->trains >= TRAINS) ||
+           is_early(r, a) || (uint8_t)(a->head + 1u) == a->tail;
+}
+
+// True when the next part of an axis may be written now; `goes_on`: in the call that has written
+// the one before.
+static bool may_write_more(const struct loop *r, struct axis *a, bool goes_on)
+{
+    return take_next(r, a) && !must_wait(r, a) && room_of(a) >= least_room(r, a, goes_on);
 }
 
 static bool may_write(const struct loop *r, struct axis *a)
@@ -179,12 +199,13 @@ static double request_ticks(struct loop *r)
     return r->cost->request / (1.0 - interrupts(r, &until));
 }
 
-// What is written now must be there two intervals before what stands in front of it is over, the
-// longest request still to come.
+// What is written now must be there before the interrupt begins the last period of what stands in
+// front of it, since it then loads the next one; the longest request is still to come.
 static void note_time(struct loop *r, const struct axis *a)
 {
     struct guarantee_verdict *v = r->verdict;
-    double slack = a->end - 2.0 * a->interval - r->now - request_ticks(r);
+    double load = fmin(a->last_ticks, LOAD_TICKS);
+    double slack = a->end - a->last_ticks - load - r->now - request_ticks(r);
 
     if (slack < v->slack_ticks) {
         v->slack_ticks = slack;
@@ -223,6 +244,49 @@ static bool account_helps(const struct loop *r, const struct axis *a)
     return a->tail != a->head && a->parts[a->tail].end <= r->now;
 }
 
+// Entries that are made of a part being made. A single axis passes them one by one; boards of
+// several note batches, whose entries are free when all of them are made.
+static double made_of(const struct loop *r, const struct part *part)
+{
+    if (r->several || part->train || part->begin >= r->now) {
+        return 0.0;
+    }
+    double share = fmin(1.0, (r->now - part->begin) / (part->end - part->begin));
+
+    return floor(share * part->entries);
+}
+
+// Entries that are made and not accounted for.
+static double made_entries(const struct loop *r, const struct axis *a)
+{
+    double made = 0.0;
+    uint8_t i = a->tail;
+
+    for (; i != a->head && a->parts[i].end <= r->now; i++) {
+        made += a->parts[i].entries;
+    }
+    return i != a->head ? made + made_of(r, &a->parts[i]) : made;
+}
+
+// Pass what is made of the part being made. Returns what this costs.
+static double pass_within(const struct loop *r, struct axis *a)
+{
+    struct part *part = &a->parts[a->tail];
+    double made = a->tail != a->head ? made_of(r, part) : 0.0;
+
+    if (made <= 0.0) {
+        return 0.0;
+    }
+    double share = made / part->entries;
+    double cycles = share * part->account;
+    a->used -= made;
+    part->entries -= made;
+    part->account -= cycles;
+    part->steps -= share * part->steps;
+    part->begin += share * (part->end - part->begin);
+    return cycles;
+}
+
 // Boards of several axes look only where something is made.
 static void advance(struct loop *r, struct axis *a)
 {
@@ -238,7 +302,7 @@ static void advance(struct loop *r, struct axis *a)
         a->marks -= part->mark ? 1u : 0u;
         a->trains -= part->train ? 1u : 0u;
     }
-    spend(r, cycles);
+    spend(r, cycles + pass_within(r, a));
 }
 
 // ---- decoding ----
@@ -256,7 +320,7 @@ static void write_part(struct loop *r, struct axis *a)
     a->marks += job->part.mark ? 1u : 0u;
     a->trains += job->part.train ? 1u : 0u;
     a->end = job->part.end;
-    a->interval = job->interval;
+    a->last_ticks = job->last_ticks;
     walk_pass(&a->walk, job);
     a->known = false;
 }
@@ -351,11 +415,8 @@ static bool decode_in_turn(struct loop *r)
 // True when an account is advanced out of turn: much is made, or the marks are full.
 static bool is_urgent(const struct loop *r, const struct axis *a)
 {
-    double made = 0.0;
+    double made = made_entries(r, a);
 
-    for (uint8_t i = a->tail; i != a->head && a->parts[i].end <= r->now; i++) {
-        made += a->parts[i].entries;
-    }
     return made >= URGENT_ENTRIES || (made > 0.0 && a->marks >= MARKS);
 }
 
@@ -367,7 +428,7 @@ static void look_after(struct loop *r)
     for (uint32_t i = 0; i < r->axes; i++) {
         struct axis *a = &r->axis[i];
         bool due = !r->several && r->rounds % ADVANCE_ROUNDS == 0;
-        if (is_urgent(r, a) || (due && account_helps(r, a))) {
+        if (is_urgent(r, a) || (due && made_entries(r, a) > 0.0)) {
             advance(r, a);
         }
     }
@@ -380,6 +441,19 @@ static bool is_over(const struct axis *a)
     return a->walk.over && !a->walk.begun;
 }
 
+// When the part being made has left the room that a single axis waits for.
+static double room_at(const struct loop *r, const struct axis *a)
+{
+    const struct part *part = &a->parts[a->tail];
+    double missing = least_room(r, a, false) - room_of(a);
+
+    if (r->several || !a->known || must_wait(r, a) || part->train ||
+        missing >= part->entries) {
+        return part->end;
+    }
+    return part->begin + (part->end - part->begin) * missing / part->entries;
+}
+
 // The end of the wait of all axes, at the earliest.
 static double next_event(const struct loop *r)
 {
@@ -388,13 +462,22 @@ static double next_event(const struct loop *r)
     for (uint32_t i = 0; i < r->axes; i++) {
         const struct axis *a = &r->axis[i];
         if (a->tail != a->head && !is_over(a)) {
-            next = fmin(next, a->parts[a->tail].end);
+            next = fmin(next, room_at(r, a));
         }
     }
     if (r->board->lead_edges != 0) {
         next = fmin(next, (floor(r->now / r->edge_ticks) + 1.0) * r->edge_ticks);
     }
     return next;
+}
+
+// Nothing is to be written until then: edges are taken as they come, and a single axis looks at its
+// account only in one of some rounds after that.
+static void wait_until(struct loop *r, double ticks)
+{
+    r->now = ticks;
+    r->rounds = 0;
+    r->edges = fmax(r->edges, floor(r->now / r->edge_ticks));
 }
 
 static bool all_written(const struct loop *r)
@@ -439,7 +522,7 @@ void loop_play(struct loop *loop)
             double next = next_event(loop);
             // It may come right after the look at it: a round goes by until the next.
             if (next > loop->now && next < NEVER_TICKS) {
-                loop->now = next;
+                wait_until(loop, next);
             }
         }
     }

@@ -15,9 +15,9 @@ struct axis {
     uint8_t head, tail, plays; // written, accounted for, being made
     double used;
     uint32_t marks, trains;
-    double end, interval; // of what is written
-    bool known;           // the job that is to be written next,
-    double most;          // in a batch of so many steps at most
+    double end, last_ticks; // of what is written, and of its last period
+    bool known;             // the job that is to be written next,
+    double most;            // in a batch of so many steps at most
     struct job next;
 };
 

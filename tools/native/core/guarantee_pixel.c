@@ -10,6 +10,7 @@
 #define CURVED_STEPS     64u
 #define SLOW_ENTRIES     48.0
 #define TRAIN_ENTRY      127.0
+#define CHUNK_TICKS      32768.0
 #define PIXEL_SLACK      0.0002 // a clock may be off by so much
 
 void walk_begin(struct walk *walk, const struct guarantee_axis *line)
@@ -237,7 +238,8 @@ static double cycles_of(const struct steps_found *n,
 
     return n->flat * c->flat_step + n->wide * c->wide_step + n->steep * steep +
            n->slow * c->slow_step + n->moved * c->moved_tick +
-           n->missed * c->missed_tick + n->batches * c->short_batch;
+           n->wide_moved * c->wide_moved_tick + n->missed * c->missed_tick +
+           n->batches * c->short_batch;
 }
 
 static struct curve_shape shape_of(const struct walk *w, bool whole)
@@ -272,6 +274,7 @@ static void cost_curve(const struct walk *w,
     double steps = job->part.steps;
     bool first = w->done <= 0.0;
     bool several = board->axes > 1;
+    bool steep = guarantee_curve_steep(&shape, fmax(0.0, w->done + steps - 1.0));
 
     guarantee_curve(&shape, w->done, w->done + steps, &n);
     job->part.entries = steps;
@@ -283,7 +286,10 @@ static void cost_curve(const struct walk *w,
     } else {
         job->units += 2.0 * n.steep + 24.0 * n.slow;
     }
-    job->part.account = (first ? c->account_px : 0.0) + entry_cost(w, c) * steps;
+    if (job->last) { // a step on its own
+        job->units += several ? (steep ? 36.0 : 22.0) : (steep ? 24.0 : 12.0);
+    }
+    job->part.account = (first ? c->account_curve_px : 0.0) + entry_cost(w, c) * steps;
 }
 
 // Entries of steps between which the counter wraps: as the wraps pass, each some 4 ms, there is
@@ -376,6 +382,15 @@ static double batch(const struct walk *w,
     return fmin(left, steep ? fmin(most, STEEP_BATCH) : most);
 }
 
+// Long intervals are cut into chunks, but for the last period; of a wait without a step that one
+// is written with the step that follows.
+static double last_period(double ticks)
+{
+    return ticks > PERIOD_TICKS
+               ? ticks - CHUNK_TICKS * ceil((ticks - PERIOD_TICKS) / CHUNK_TICKS)
+               : ticks;
+}
+
 void walk_job(const struct walk *walk,
               const struct guarantee_costs *costs,
               const struct guarantee_board *board,
@@ -394,9 +409,9 @@ void walk_job(const struct walk *walk,
     if (board->lead_edges != 0 && walk->done <= 0.0) {
         job->cycles += costs->locked_px;
     }
-    job->interval = steps > 0.0 ? job->part.end - when(walk, walk->done + steps - 1.0)
-                                : fmin(walk->ticks, PERIOD_TICKS);
-    job->interval = fmin(job->interval, PERIOD_TICKS);
+    job->last_ticks =
+        steps > 0.0 ? last_period(job->part.end - when(walk, walk->done + steps - 1.0))
+                    : fmin(walk->ticks, PERIOD_TICKS + CHUNK_TICKS);
 }
 
 void walk_pass(struct walk *walk, const struct job *job)

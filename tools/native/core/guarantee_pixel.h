@@ -19,7 +19,7 @@ enum kind { EVEN, TRAIN, SINGLES, CURVED, PIECE, CURVE, ZERO };
 // which a steep step is guessed wrong, costs beside the step itself; so does a short batch.
 struct steps_found {
     double flat, wide, steep, slow;
-    double moved, missed, batches;
+    double moved, wide_moved, missed, batches;
 };
 
 // A piece of a curve: its ticks and steps, its speed at the start, half its acceleration.
@@ -39,7 +39,7 @@ struct part {
 struct job {
     struct part part;
     double cycles, units; // to write it, and of the budget of a call
-    double interval;      // of its last steps, ticks
+    double last_ticks;    // of the last period that is written
     bool last;            // of its piece
 };
 

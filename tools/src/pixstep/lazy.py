@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: MIT
 """Packages that are loaded when they are first used, and what an installation may lack of them.
 
-A command's help, and a command that does without them, need not wait for numpy or rich:
+A command's help, and a command that does without them, need not wait for numpy or rich: modules
+have `np`, `pyarrow` and the others from here. A package that one module alone needs is there so:
 
     if TYPE_CHECKING:
-        import numpy as np
+        import distributed
     else:
-        np = lazy("numpy")
+        distributed = lazy("distributed")
 """
 
 import importlib
 import importlib.util
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pixstep.errors import UserError
 
@@ -85,3 +86,22 @@ class _Lazy(ModuleType):
 def lazy(name: str) -> ModuleType:
     """Return what stands for a module of this name."""
     return _Lazy(name)
+
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+    import pyarrow
+    import rich.box
+    import rich.console
+    import rich.rule
+    import rich.table
+    from pyarrow import parquet
+else:
+    np, npt, rich = lazy("numpy"), lazy("numpy.typing"), lazy("rich")
+    pyarrow, parquet = lazy("pyarrow"), lazy("pyarrow.parquet")
+
+__all__ = [
+    "MissingPackageError", "have_package", "lazy", "missing_package", "np", "npt", "parquet",
+    "pyarrow", "require_package", "rich",
+]  # fmt: skip

@@ -6,7 +6,6 @@ from functools import partial
 from typing import Any
 
 from pixstep.board import boards
-from pixstep.board.guaranteed import rate
 from pixstep.lines.line import Line
 from pixstep.lines.units import period_ticks
 from pixstep.profiles.generator import MAX_SPEED
@@ -14,6 +13,7 @@ from pixstep_dev.bench.drive import BenchRun
 from pixstep_dev.bench.figure import BenchFigure, FigureColumn, Task, key
 from pixstep_dev.bench.search import LONG_S, Found, Search, holes, texts, under_load
 from pixstep_dev.bench.trial import BenchTrial, attempt
+from pixstep_dev.guaranteed import rate
 from pixstep_trials import lines
 
 NAME = "rates"

@@ -12,7 +12,7 @@ import click
 from pixstep import natives, progress
 from pixstep.board import boards
 from pixstep.cli.command import FILE, PICTURE, command
-from pixstep.cli.output import SCHEMA
+from pixstep.cli.from_operation import SCHEMA
 from pixstep.errors import UserError
 from pixstep.lazy import lazy
 from pixstep_dev import markdown

@@ -12,6 +12,7 @@ from pixstep_trials import lines
 _HZ, _RATE = Fraction(100), 12_000  # steps/s of all axes together
 _SECONDS = 30
 _LOAD_S = 1.0
+_TURNING = ", turning"
 
 
 def costs(board: str) -> dict[str, float]:
@@ -47,17 +48,23 @@ def costs(board: str) -> dict[str, float]:
         for name, row in handlers.items()
         if "USART" in name and "_TX" not in name
     )
-    turned = turns.measure(board)
+    turned = turns.measure(board)  # the longest of each kind
     return {
-        "request": max(row["request_cycles"] for row in turned if not _brings_data(row)),
-        "data_request": max(row["request_cycles"] for row in turned if _brings_data(row)),
+        **requests(turned),
         "request_byte": max(0.0, spent - a_pass * passes) / sent,
         "byte_isr": byte,
     }
 
 
-def _brings_data(row: dict[str, Any]) -> bool:
-    return str(row["request"]).startswith("block")
+def requests(turned: list[dict[str, Any]]) -> dict[str, float]:
+    """Return the longest request, that brings line data, that brings those of a line that turns."""
+    found = dict.fromkeys(("request", "data_request", "turning_request"), 0.0)
+    for row in turned:
+        text = str(row["request"])
+        name = "data_request" if text.startswith("block") else "request"
+        name = "turning_request" if text.endswith(_TURNING) else name
+        found[name] = max(found[name], row["request_cycles"])
+    return found
 
 
 def _serial(before: dict[str, Any], after: dict[str, Any]) -> tuple[int, int]:

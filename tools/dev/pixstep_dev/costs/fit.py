@@ -13,13 +13,13 @@ from scipy.optimize import nnls  # type: ignore[import-untyped]
 
 from pixstep.board import boards
 from pixstep.board.costs import OF_REPLAY
-from pixstep.lines.replay import Loop, Replay
+from pixstep.lines.core import Loop, Replay
 from pixstep.lines.units import period_ticks
 from pixstep_dev.costs.probes import Spent
 
 DECODING = OF_REPLAY[: OF_REPLAY.index("account")]
 ACCOUNTS = (
-    "account_px", "account_entry", "account_long_entry", "account_piece_px",
+    "account_px", "account_entry", "account_long_entry", "account_curve_px", "account_piece_px",
     "account_train_px",
 )  # fmt: skip
 ROUNDS = ("round", "edge", "round_locked", "edge_locked", "turn")
@@ -28,9 +28,10 @@ ROUNDS = ("round", "edge", "round_locked", "edge_locked", "turn")
 CURVES, LOW = ("curves", "bends", "shifted", "drops"), 0.1
 OF_CURVES = (
     "curved_px", "curved_start", "curved_step", "curve_px", "flat_step", "wide_step", "steep_step",
-    "slow_step", "moved_tick", "missed_tick", "short_batch",
+    "slow_step", "moved_tick", "wide_moved_tick", "missed_tick", "short_batch",
 )  # fmt: skip
 _LEAD_TICKS, _MARKS = 0x20000, 13  # of lines that are locked
+_OFTEN = 5  # in a probe
 _NOTHING = dict.fromkeys(OF_REPLAY, 0.0)
 
 
@@ -92,9 +93,11 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
 
     accounts = _solve(spent, ("account", *ACCOUNTS), account, lambda row: row.account)
     _raise(decoding, "turned_px", spent, ("turns",), decode, lambda row: row.decode)
+    _raise(accounts, "account_curve_px", spent, ("bends",), account, lambda row: row.account)
     _raise(accounts, "account_piece_px", spent, ("turns",), account, lambda row: row.account)
     _raise(accounts, "account_train_px", spent, ("train",), account, lambda row: row.account)
-    return decoding | accounts | _rounds(spent)
+    found = decoding | accounts | _rounds(spent)
+    return found | {"low": max(0.0, *(row[1] for row in misses(board, spent, found)))}
 
 
 def _early(board: str, row: Spent) -> float:
@@ -111,44 +114,49 @@ def _raise(
     costs: dict[str, float], name: str, rows: Sequence[Spent], kinds: tuple[str, ...],
     times: Callable[[Spent, str], float], value: Callable[[Spent], float],
 ) -> None:  # fmt: skip
-    """Raise a cost until no probe of these kinds is reckoned cheaper than by LOW."""
+    """Raise a cost until no probe of these kinds that has it often is reckoned too low by LOW."""
     for row in rows:
         often = times(row, name)
-        if row.probe.name.startswith(kinds) and often > 0:
+        if row.probe.name.startswith(kinds) and often >= _OFTEN:
             reckoned = sum(cost * times(row, one) for one, cost in costs.items())
             costs[name] += max(0.0, value(row) / (1 + LOW) - reckoned) / often
 
 
 def _rounds(spent: Sequence[Spent]) -> dict[str, float]:
     """Return the costs of a round, of the clock's edges in it, and of each call of the decoder."""
-
-    def often(row: Spent, name: str) -> float:
-        if name == "turn":
-            return row.calls * row.share * row.probe.axes
-        if name.endswith("_locked") != row.probe.locked:
-            return 0.0
-        return row.passes if name.startswith("round") else row.edges
-
-    found = _solve(spent, ROUNDS, often, lambda row: row.rounds)
+    found = _solve(spent, ROUNDS, _times_round, lambda row: row.rounds)
     worst = max(
-        row.rounds / sum(cost * often(row, name) for name, cost in found.items()) for row in spent
+        row.rounds / sum(cost * _times_round(row, name) for name, cost in found.items())
+        for row in spent
     )
     return {name: cost * max(1.0, worst / (1 + LOW)) for name, cost in found.items()}
 
 
-def misses(
-    board: str, spent: Sequence[Spent], costs: dict[str, float]
-) -> list[tuple[str, float, float]]:
-    """Return of each probe by how much its costs are reckoned too low, as a share."""
-    rows = []
-    for row in spent:
-        times = _times(board, row)
-        decode = costs["call"] * row.calls + costs["early"] * _early(board, row)
-        decode += sum(costs[name] * times[name][0] for name in DECODING)
-        account = costs["account"] * row.looks + row.share * sum(
-            costs[name] * times[name][1] for name in ACCOUNTS
-        )
-        rows.append(
-            (row.probe.name, row.decode / max(1.0, decode) - 1, row.account / max(1.0, account) - 1)
-        )
-    return rows
+def _times_round(row: Spent, name: str) -> float:
+    """Return how often a probe had a cost of rounds."""
+    if name == "turn":
+        return row.calls * row.share * row.probe.axes
+    if name.endswith("_locked") != row.probe.locked:
+        return 0.0
+    return row.passes if name.startswith("round") else row.edges
+
+
+def misses(board: str, spent: Sequence[Spent], costs: dict[str, float]) -> list[tuple[str, float]]:
+    """Return of each probe by how much the main loop's work is reckoned too low, as a share."""
+    return [(row.probe.name, _work(row) / _reckoned(board, row, costs) - 1) for row in spent]
+
+
+def _work(row: Spent) -> float:
+    """Return the cycles of all axes' decoding and accounts, and of rounds."""
+    return (row.share * row.decode + row.account) * row.probe.axes + row.rounds
+
+
+def _reckoned(board: str, row: Spent, costs: dict[str, float]) -> float:
+    """Return them as the costs have them, for as many calls, looks, passes and edges."""
+    times = _times(board, row)
+    decode = costs["call"] * row.calls + costs["early"] * _early(board, row)
+    decode += sum(costs[name] * times[name][0] for name in DECODING)
+    account = costs["account"] * row.looks
+    account += row.share * sum(costs[name] * times[name][1] for name in ACCOUNTS)
+    rounds = sum(costs[name] * _times_round(row, name) for name in ROUNDS)
+    return (row.share * decode + account) * row.probe.axes + rounds

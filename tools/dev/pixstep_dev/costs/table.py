@@ -17,7 +17,7 @@ def measure(board: str) -> dict[str, float]:
     """Measure the costs of a board's image."""
     spent = probes.run_all(board, probes.of_board(board))
     found = fit.fit(board, spent) | interrupts(board, spent) | bus.costs(board)
-    return {name: round(found[name], 6 if "share" in name else 1) for name in NAMES}
+    return {name: round(found[name], 6 if name in costs.SHARES else 1) for name in NAMES}
 
 
 def stale(board: str, found: dict[str, float]) -> list[str]:
@@ -26,8 +26,12 @@ def stale(board: str, found: dict[str, float]) -> list[str]:
     return [
         f"{board}: {name} costs {found[name]:g}, the table has {known[name]:g}"
         for name in NAMES
-        if abs(found[name] - known[name]) > max(LEAST, TOLERANCE * known[name])
+        if abs(found[name] - known[name]) > _allowed(name, known[name])
     ]
+
+
+def _allowed(name: str, known: float) -> float:
+    return TOLERANCE if name == costs.MARGIN else max(LEAST, TOLERANCE * known)
 
 
 def interrupts(board: str, spent: list[probes.Spent]) -> dict[str, float]:

@@ -11,8 +11,9 @@ from collections.abc import Iterable
 from fractions import Fraction
 
 from pixstep import natives
-from pixstep.board import boards, guaranteed
+from pixstep.board import boards
 from pixstep.errors import PlainError
+from pixstep_dev import guaranteed
 from pixstep_dev.markdown import table
 
 _TIMING = "docs/TIMING.md"

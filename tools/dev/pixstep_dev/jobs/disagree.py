@@ -22,7 +22,7 @@ from pixstep.board import run as board_run
 from pixstep.board.errors import BoardError
 from pixstep.board.run import LinesOfBoard
 from pixstep.board.upload import LineUpload
-from pixstep.jobs import sender, tag
+from pixstep.jobs import sender, stations
 from pixstep.jobs.run_folder import RunFolder
 from pixstep.operations.result import Result
 from pixstep.progress import Progress, unseen
@@ -144,7 +144,7 @@ class _DisagreeTrial:
         """Let others give one board another tag."""
         self._print_until_pause(link)
         board = link.board(self.board + 1)
-        tag.put(board, tag.NAME, board.setting(tag.NAME) % 0xFFFF + 1)
+        stations.hold(board, stations.TAG, board.setting(stations.TAG) % 0xFFFF + 1)
 
     def by_a_reset(self, link: SimLink) -> None:
         """Reset one board while the run is paused."""

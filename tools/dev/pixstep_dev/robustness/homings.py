@@ -19,7 +19,7 @@ from pixstep.board.errors import BoardError
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.moves import homing, legs, play_measurement
-from pixstep.moves.accel import Acceleration
+from pixstep.moves.fast import Acceleration
 from pixstep.moves.legs import shared_limits
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simulated_board import SimulatedBoard

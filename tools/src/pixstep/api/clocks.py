@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 from pixstep import arguments
 from pixstep.api.shown import Facts, Shown, Ticks, count, frame
 from pixstep.errors import UserError
-from pixstep.lazy import lazy
+from pixstep.lazy import np, npt
 from pixstep.simulation.pixel_clock import (
     MOST_JITTER_US,
     MOST_PPM,
@@ -21,13 +21,8 @@ from pixstep.simulation.pixel_clock import (
 from pixstep.simulation.small_pickle import SmallPickle
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
     from pixstep.simulation.clock_judge import ClockKeeping
     from pixstep.simulation.job import LineExperiment
-else:
-    np, npt = lazy("numpy"), lazy("numpy.typing")
 
 _RANGES = {
     "ppm": (-MOST_PPM, MOST_PPM),

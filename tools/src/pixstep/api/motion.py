@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
 from pixstep import arguments
 from pixstep.api import given
@@ -26,15 +26,9 @@ from pixstep.board.link import Link
 from pixstep.board.recording import RecordedPixel, Recorder
 from pixstep.board.run import LinesOfBoard
 from pixstep.board.state import Record
-from pixstep.lazy import lazy
+from pixstep.lazy import np, npt
 from pixstep.progress import Progress
 from pixstep.simulation.small_pickle import SmallPickle
-
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-else:
-    np, npt = lazy("numpy"), lazy("numpy.typing")
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -24,7 +24,7 @@ from pixstep.lines.line import SMOOTH, Line
 from pixstep.lines.line_check import Finding, Limits
 from pixstep.owndata.columns import QUANTITIES
 from pixstep.owndata.table import BLANK, DECIMALS, NONE, SEPARATORS
-from pixstep.profiles import origin, own_backlash, repair
+from pixstep.profiles import origin, repair
 from pixstep.profiles.generator import MOST_PIXELS
 
 if TYPE_CHECKING:
@@ -379,12 +379,12 @@ def read_line(
     )
     refuse = arguments.flag("check", check)
     rule = given.decode(decode, motor)
-    asked = own_backlash.AskedBacklash(
+    asked = origin.AskedBacklash(
         given.backlash(backlash, rule, motor),
         backlash is not None,
         f"motor {motor.name}" if motor else "",
     )
-    play, said = own_backlash.taken(fspath(path), read.header, chosen.values, rule, asked)
+    play, said = origin.taken(fspath(path), read.header, chosen.values, rule, asked)
     notes = (
         *read.notes,
         *said,

@@ -19,8 +19,8 @@ from pixstep.board.device import Device
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN
-from pixstep.moves import accel, fast, legs
-from pixstep.moves.accel import Acceleration
+from pixstep.moves import fast, legs
+from pixstep.moves.fast import Acceleration
 from pixstep.moves.homing import Homed, HomingLeg
 from pixstep.moves.legs import FILTER_US, INVERTED, SHARED, HomingPlan, HomingRequest, Inputs
 from pixstep.moves.on_board import (
@@ -261,7 +261,7 @@ def _acceleration(profile: ProfileLike | None, decode: str, number: int | None) 
     if isinstance(profile, str | PathLike):
         which = maybe(arguments.whole, "number", number, 1)
         with given.number_for_line():
-            return accel.read(arguments.path("profile", profile), number=which)
+            return fast.read(arguments.path("profile", profile), number=which)
     if isinstance(profile, Profile):
         return _own(_counts_of(profile, decode), profile.name, profile.pixel_hz)
     return _own(arguments.wholes("profile", profile, 1, fast.MAX_STEPS, MOST_PIXELS))

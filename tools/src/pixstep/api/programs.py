@@ -13,19 +13,17 @@ from pixstep.api.machines import Machine
 from pixstep.api.motions import MotionLine, line
 from pixstep.api.shown import Facts, Shown, count, frame
 from pixstep.api.words import Mode
-from pixstep.lazy import lazy
+from pixstep.lazy import lazy, np
 from pixstep.lines import units
 from pixstep.programs.plan_data import MODES, MOST_WINDOW, SEGMENT_MS, WINDOW, PlanOptions
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from pixstep.machine import files
     from pixstep.programs import motors, plan, plan_lines
     from pixstep.programs.plan import PlanRequest
     from pixstep.programs.plan_data import PlanFigures
 else:  # numpy and pydantic take a while to load
-    np, files = lazy("numpy"), lazy("pixstep.machine.files")
+    files = lazy("pixstep.machine.files")
     motors, plan = lazy("pixstep.programs.motors"), lazy("pixstep.programs.plan")
     plan_lines = lazy("pixstep.programs.plan_lines")
 

@@ -24,7 +24,7 @@ from pixstep.api.shown import Facts, Shown, Ticks, count, frame
 from pixstep.api.words import BoardKind, Sync
 from pixstep.board import boards, guarantee, settings
 from pixstep.errors import PlainError, UserError
-from pixstep.lazy import lazy
+from pixstep.lazy import np, npt
 from pixstep.progress import Progress, unseen
 from pixstep.simulation import experiment
 from pixstep.simulation.clock_judge import ClockKeeping
@@ -36,13 +36,9 @@ from pixstep.simulation.summary import Summary
 from pixstep.simulation.verdict import AxisVerdict
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
     from matplotlib.figure import Figure
 
     from pixstep.simulation.plots import Trace
-else:
-    np, npt = lazy("numpy"), lazy("numpy.typing")
 
 _Drawn = TypeVar("_Drawn")
 

@@ -2,7 +2,9 @@
 """What an image costs its board, in cycles: measured by `pixstep-dev costs`, kept in the package.
 
 The names are those of struct guarantee_costs (tools/native/core/guarantee.h), and `data_request`
-the longest request that brings line data.
+and `turning_request` the longest requests that bring line data, of a line that does not turn and of
+one that does, and `low` by what share the table reckons the main
+loop's work too low in that probe of an image where it does so most.
 """
 
 import json
@@ -38,6 +40,7 @@ class Costs:
     steep_step: float
     slow_step: float
     moved_tick: float
+    wide_moved_tick: float
     missed_tick: float
     short_batch: float
     zero_px: float
@@ -48,6 +51,7 @@ class Costs:
     account_px: float
     account_entry: float
     account_long_entry: float
+    account_curve_px: float
     account_piece_px: float
     account_train_px: float
     edge: float
@@ -57,17 +61,20 @@ class Costs:
     turn: float
     request: float
     data_request: float
+    turning_request: float
     request_byte: float
     step_isr: float
     train_isr: float
     edge_isr: float
     byte_isr: float
     other_isr_share: float
+    low: float
 
 
 NAMES = tuple(field.name for field in fields(Costs))
-_DATA = "data_request"
-OF_REPLAY = tuple(name for name in NAMES if name != _DATA)
+_DATA, _TURNING, MARGIN = "data_request", "turning_request", "low"
+SHARES = ("other_isr_share", MARGIN)
+OF_REPLAY = tuple(name for name in NAMES if name not in (_DATA, _TURNING, MARGIN))
 
 
 def of(board: str) -> Costs:
@@ -75,11 +82,16 @@ def of(board: str) -> Costs:
     return table()[board]
 
 
-def of_replay(board: str, *, streamed: bool) -> dict[str, float]:
-    """Return them as a replay takes them; `streamed`: line data come while the board moves."""
-    found = asdict(of(board))
-    data = found.pop(_DATA)
-    return found | ({"request": max(found["request"], data)} if streamed else {})
+def of_replay(board: str, *, streamed: bool, turning: bool = False) -> dict[str, float]:
+    """Return them as a replay takes them.
+
+    `streamed`: line data come while the board moves, and some are of a line that is `turning`.
+    """
+    known = asdict(of(board))
+    longest = [known["request"]]
+    longest += [known[_DATA]] if streamed else []
+    longest += [known[_TURNING]] if streamed and turning else []
+    return {name: known[name] for name in OF_REPLAY} | {"request": max(longest)}
 
 
 @cache

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
 """What a board is guaranteed to follow: lines that run together, its clock, its bus.
 
-The board's main loop is replayed with the costs that were measured on its image, once for each of
-some margins: which part of a line comes first depends on every cost, so that no single margin is
-the worst one. A line that passes runs without a fault whatever a host asks meanwhile, and with
-every record kept. What a replay cannot know it does not promise: a clock that is worse than
-declared, a host that sends line data too late.
+The board's main loop is replayed with the costs that were measured on its image, as they are and
+higher by what their table misses of the worst of its probes: which part of a line comes first
+depends on every cost, so that no single margin is the worst one. A line that passes runs without a
+fault whatever a host asks meanwhile, and with every record kept. What a replay cannot know it does
+not promise: a clock that is worse than declared, a host that sends line data too late.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,14 +18,13 @@ from pixstep.board.device import Device
 from pixstep.board.port import BAUD
 from pixstep.errors import RefusedError
 from pixstep.lines import runs
+from pixstep.lines.core import Loop, Replay, ReplayVerdict
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.replay import Loop, Replay, ReplayVerdict
 from pixstep.lines.units import period_ticks, refuse_periods
 
 NAME = "beyond_guarantee"  # of what is found
-INTERVALS = 1.1  # of the shortest interval of several axes
+INTERVALS = 1.1  # of the shortest interval of several axes: at 1.05 some runs end in underruns
 ADVICE = "beyond=True lets the board try"
-MARGINS = (1.0, 1.07, 1.15)
 MOTIONS = ("constant", "smooth", "ramp")
 DECLARED_PPM = 1000  # a clock may be so much faster
 # A master that asks again as soon as it has a reply: bytes of a request and its reply, and how long
@@ -33,8 +32,6 @@ DECLARED_PPM = 1000  # a clock may be so much faster
 _BYTES, _REST_S, _BYTE_BITS = 100, 0.0043, 11
 _WINDOW_S, _FRAME_BYTES = 0.008, 256  # as long as rings last; all of it may fall into a frame
 _DATA_SHARE = 0.2  # of the bytes on the bus are line data, its checks and records the rest
-_FAST_HZ, _FAST_MARGIN = 2500, 1.2  # of a clock: the table's own probes cost up to 15 % more there
-_LOCKED_HZ, _LOCKED_MARGIN = 3000, 1.35  # of one that lines are locked to
 _ROUND_S = 0.004  # firmware/app/round.c
 _LEAD_TICKS = 0x20000  # firmware/app/reference.c
 _MARKS = 16
@@ -121,19 +118,17 @@ def loop_of(world: LineConditions, margin: float = 1.0) -> Loop:
     )
 
 
-def _margins(world: LineConditions) -> tuple[float, ...]:
-    """Return the margins: edges that come fast cost more than the table has, locked ones most."""
-    clock_hz = world.pixel_hz * world.divider
-    if clock_hz >= _LOCKED_HZ and settings.locks({"sync": world.sync}):
-        return (*MARGINS, _LOCKED_MARGIN)
-    return (*MARGINS, _FAST_MARGIN) if clock_hz >= _FAST_HZ else MARGINS
-
-
 def verdicts(lines: Sequence[Line], world: LineConditions) -> Iterator[ReplayVerdict]:
-    """Yield how the lines fare with each margin."""
-    found = costs.of_replay(world.board, streamed=_is_streamed(lines, world))
+    """Yield how the lines fare with each margin.
+
+    Of a line that does not fit its queue more comes while the board moves.
+    """
+    streamed = [line for line in lines if _size(line) > _room(world)]
+    found = costs.of_replay(
+        world.board, streamed=bool(streamed), turning=any(map(_turns, streamed))
+    )
     replay = Replay(lines)
-    for margin in _margins(world):
+    for margin in (1.0, 1.0 + costs.of(world.board).low):
         yield replay.judge(found, loop_of(world, margin))
 
 
@@ -180,9 +175,8 @@ def _starved(lines: Sequence[Line], world: LineConditions) -> ReplayVerdict | No
     return ReplayVerdict(False, axis, pixel, 0.0, 0.0, 0.0)
 
 
-def _is_streamed(lines: Sequence[Line], world: LineConditions) -> bool:
-    """Return whether a line does not fit its queue: more of it comes while the board moves."""
-    return any(_size(line) > _room(world) for line in lines)
+def _turns(line: Line) -> bool:
+    return min(line.counts) < 0 < max(line.counts)
 
 
 def _room(world: LineConditions) -> int:

@@ -143,8 +143,6 @@ class AxisLog:
 if TYPE_CHECKING:
     import pyarrow
 
-    pass
-
 COLUMNS = (
     "unit", "line", "axis", "pixel", "expected_steps", "actual_steps", "edge_error_ticks",
 )  # fmt: skip

@@ -24,20 +24,8 @@ if TYPE_CHECKING:
 
 BROADCAST = 0
 _ID_BYTES = 2  # of the answer to function 17 before its text
-COUNTERS = {  # function 08: name and sub-function
-    "bus_messages": 11,
-    "crc_errors": 12,
-    "exceptions": 13,
-    "requests": 14,
-    "no_replies": 15,
-    "naks": 16,
-    "busy_replies": 17,
-    "rx_overruns": 18,
-}
-_RESTART, _LISTEN_ONLY, _CLEAR_COUNTERS = 1, 4, 10  # sub-functions
 _READ_ID = 14  # of function 43
 _FIRST_OBJECT = 6  # where the objects begin in an answer to function 43
-_COIL_ON = 0xFF00
 _ADDRESSED = frozenset({
     rtu.READ_COILS, rtu.READ_DISCRETES, rtu.READ_HOLDINGS, rtu.READ_INPUTS, rtu.WRITE_COIL,
     rtu.WRITE_ONE, rtu.WRITE_COILS, rtu.WRITE, rtu.MASK_WRITE, rtu.WRITE_AND_READ,
@@ -87,46 +75,6 @@ class Wire:
         """Write one holding register (function 06)."""
         self._ask("write", rtu.WRITE_ONE, ">HH", address, word)
 
-    def mask_write(self, address: int, keep: int, put: int) -> None:
-        """Make a holding register (old AND keep) OR (put AND NOT keep) (function 22)."""
-        with self._needs("diagnosis"):
-            self._ask("mask write", rtu.MASK_WRITE, ">HHH", address, keep, put)
-
-    def write_and_read(
-        self, write_address: int, words: list[int], address: int, count: int
-    ) -> list[int]:
-        """Write holding registers, then read some, in one request (function 23)."""
-        form = f">HHHHB{len(words)}H"
-        head = (address, count, write_address, len(words), 2 * len(words))
-        with self._needs("diagnosis"):
-            return _words(self._ask("write and read", rtu.WRITE_AND_READ, form, *head, *words))
-
-    def read_coils(self, address: int, count: int) -> list[bool]:
-        """Return `count` coils (function 01)."""
-        with self._needs("bits"):
-            data = self._ask("read of coils", rtu.READ_COILS, ">HH", address, count)
-            return _bits(data, count)
-
-    def read_discretes(self, address: int, count: int) -> list[bool]:
-        """Return `count` discrete inputs (function 02)."""
-        with self._needs("bits"):
-            data = self._ask("read of inputs", rtu.READ_DISCRETES, ">HH", address, count)
-            return _bits(data, count)
-
-    def write_coil(self, address: int, value: bool) -> None:
-        """Write one coil (function 05)."""
-        with self._needs("bits"):
-            word = _COIL_ON if value else 0
-            self._ask("write of a coil", rtu.WRITE_COIL, ">HH", address, word)
-
-    def write_coils(self, address: int, values: list[bool]) -> None:
-        """Write coils in one all-or-nothing request (function 15)."""
-        size = (len(values) + 7) // 8
-        packed = sum(value << index for index, value in enumerate(values)).to_bytes(size, "little")
-        with self._needs("bits"):
-            form = f">HHB{size}s"
-            self._ask("write of coils", rtu.WRITE_COILS, form, address, len(values), size, packed)
-
     def identify(self) -> ServerId:
         """Return the answer to function 17, report server id."""
         with self._needs("diagnosis"):
@@ -152,28 +100,6 @@ class Wire:
             for number, value in sorted(found.items())
         }
 
-    def echo(self, word: int) -> int:
-        """Return what comes back of a word sent by function 08, sub-function 0."""
-        return self._diagnosis("echo", 0, word)
-
-    def counters(self) -> dict[str, int]:
-        """Return the bus's counters by name (function 08, sub-functions 11 to 18)."""
-        return {
-            name: self._diagnosis(f"counter {name}", number) for name, number in COUNTERS.items()
-        }
-
-    def clear_counters(self) -> None:
-        """Set the bus's counters to 0 (function 08, sub-function 10)."""
-        self._diagnosis("clear counters", _CLEAR_COUNTERS)
-
-    def listen_only(self) -> None:
-        """Make the unit silent until it is restarted (function 08, sub-function 4); no reply."""
-        self._tell(self.unit, rtu.DIAGNOSE, ">HH", _LISTEN_ONLY, 0)
-
-    def restart(self) -> None:
-        """End listen-only (function 08, sub-function 1); a silent unit does not reply."""
-        self._tell(self.unit, rtu.DIAGNOSE, ">HH", _RESTART, 0)
-
     @contextlib.contextmanager
     def once(self, *, urgent: bool = False) -> Iterator[None]:
         """Send no request a second time, as long as this lasts; other threads wait meanwhile.
@@ -192,12 +118,6 @@ class Wire:
         """Write holding registers of every unit on the bus; nobody replies."""
         head = (address, len(words), 2 * len(words))
         self._tell(BROADCAST, rtu.WRITE, f">HHB{len(words)}H", *head, *words)
-
-    def _diagnosis(self, what: str, sub: int, word: int = 0) -> int:
-        """Return the data word of a diagnostic answer (function 08)."""
-        with self._needs("diagnosis"):
-            data = self._ask(what, rtu.DIAGNOSE, ">HH", sub, word)
-            return int.from_bytes(data[2:4])
 
     def _tell(self, unit: int, function: int, form: str, *data: int) -> None:
         """Send one request to which no reply comes."""
@@ -271,8 +191,3 @@ def _objects(data: bytes) -> dict[int, bytes]:
 def _words(data: bytes) -> list[int]:
     """Return the registers behind a byte count."""
     return list(struct.unpack(f">{len(data) // 2}H", data[1:]))
-
-
-def _bits(data: bytes, count: int) -> list[bool]:
-    """Return the bits behind a byte count."""
-    return [bool(data[1 + index // 8] >> index % 8 & 1) for index in range(count)]

@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""A click command from an operation: its options, help and page, and nothing of its own."""
+"""A click command from an operation: its options, help and page, and nothing of its own.
+
+What click itself knows of the kinds of values is left to it.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import functools
+import json
+import math
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,13 +19,11 @@ import click
 from click.core import ParameterSource
 
 from pixstep import atomic, progress
-from pixstep.cli import failures, origins, views
+from pixstep.cli import command, failures, origins, views
 from pixstep.cli.command import Command
-from pixstep.cli.field_types import click_type
-from pixstep.cli.output import say, show_json, show_json_row, teller
-from pixstep.errors import RefusedError, UserError, told
+from pixstep.errors import RefusedError, UserError, one_line, told
 from pixstep.machine import FILE_NAME, VARIABLE
-from pixstep.operations import perform
+from pixstep.operations import kinds, perform
 from pixstep.operations.asked import AskedError, Field, FieldError, MissingError
 from pixstep.operations.desk import Desk, Source
 from pixstep.operations.kinds import Flag
@@ -31,6 +35,99 @@ if TYPE_CHECKING:
     import rich.console
 
     from pixstep.operations.facts import Facts
+
+
+JsonFacts = Mapping[str, object]  # plain data, for JSON
+SCHEMA = 1  # of all --json output; a field that is added does not change it
+
+
+def teller(output: Path | None) -> Callable[..., None]:
+    """Return `click.echo` on the stream that is free for words: not the one the output goes to."""
+    return functools.partial(click.echo, err=atomic.is_stdout(output))
+
+
+def show_json(facts: JsonFacts) -> None:
+    """Print facts as JSON, with the version of its layout and the machine file that was used."""
+    machine = origins.told(click.get_current_context(silent=True))
+    click.echo(json.dumps({"schema": SCHEMA, **machine, **facts}, indent=2))
+
+
+def show_json_row(facts: JsonFacts) -> None:
+    """Print facts as one row of JSON, where more rows follow as they come."""
+    click.echo(json.dumps({"schema": SCHEMA, **facts}))
+
+
+def say(notes: Iterable[str]) -> None:
+    """Print notes to the error stream."""
+    for note in notes:
+        click.echo(f"note: {one_line(note)}", err=True)
+
+
+class FiniteRange(click.FloatRange):
+    """A number between two others: "nan" is neither too small nor too large, but no number."""
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Parse the text; a bad one is a usage error."""
+        number: float = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value!r} is not a number.", param, ctx)
+        return number
+
+
+class KindType(click.ParamType[Any, Any]):
+    """A value that its kind reads; one that may need a motor's scale is read later."""
+
+    def __init__(self, kind: kinds.Kind):
+        self.kind = kind
+        self.name = kind.name
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Read the text; a bad one is a usage error."""
+        if self.kind.scaled:
+            return value
+        try:
+            return self.kind.read(value)
+        except UserError as error:
+            return self.fail(str(error), param, ctx)
+
+
+class OutType(command.OutFileType):
+    """A file that is written, whose kind has more to say of its name."""
+
+    def __init__(self, kind: kinds.OutFile):
+        super().__init__(folder=kind.folder)
+        self.kind = kind
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        """Refuse a name that the kind refuses."""
+        return self.kind.judge(Path(os.fsdecode(super().convert(value, param, ctx))))
+
+
+def click_type(kind: kinds.Kind) -> click.ParamType[Any, Any]:
+    """Return what reads values of a kind on the command line."""
+    for known, make in _TYPES.items():
+        if type(kind) is known or (known is kinds.Text and isinstance(kind, known)):
+            found: click.ParamType[Any, Any] = make(kind)
+            return found
+    return OutType(kind) if isinstance(kind, kinds.OutFile) else KindType(kind)
+
+
+_TYPES: dict[type[kinds.Kind], Any] = {
+    kinds.Whole: lambda kind: (
+        click.INT if kind.least is kind.most is None else click.IntRange(kind.least, kind.most)
+    ),
+    kinds.Number: lambda kind: FiniteRange(kind.least, kind.most),
+    kinds.Choice: lambda kind: click.Choice(kind.words, case_sensitive=not kind.any_case),
+    kinds.Text: lambda _: click.STRING,
+    kinds.InFile: lambda _: command.FILE,
+    kinds.AnyPath: lambda _: click.Path(path_type=Path),
+    kinds.OutFile: lambda kind: command.OUTPUT_OR_FOLDER if kind.folder else command.OUTPUT,
+    kinds.OutPicture: lambda _: command.PICTURE,
+    kinds.OutFolder: lambda _: command.FOLDER,
+}
+
 
 _ASKED = "pixstep.request"
 FACTS_HELP = "Print facts as JSON, for programs."

@@ -8,18 +8,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pixstep.api.motion import AxisRecords
-from pixstep.fly.places import FlownAxis
 from pixstep.fly.scan_line import ScanLine
-from pixstep.fly.tracks import FlightTrack
-from pixstep.lazy import lazy
+from pixstep.fly.tracks import FlightTrack, FlownAxis
+from pixstep.lazy import np, npt
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
     Whole = npt.NDArray[np.int64]
-else:
-    np, npt = lazy("numpy"), lazy("numpy.typing")
 
 DataKey = dict[str, Any]
 Columns = dict[str, "npt.NDArray[Any]"]

@@ -19,9 +19,8 @@ from pixstep.api.words import Sync
 from pixstep.board.device import Device
 from pixstep.errors import UserError
 from pixstep.fly.documents import DataKey, DocumentLayout, number_key
-from pixstep.fly.flight import Flight
-from pixstep.fly.places import places_of
-from pixstep.fly.status import FlightStatus
+from pixstep.fly.flight import Flight, FlightStatus
+from pixstep.fly.tracks import places_of
 
 Page = dict[str, Any]
 CLOCK_TIMEOUT_S = 10.0

@@ -5,17 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from pixstep.api.motions import MotionLine
 from pixstep.api.shown import Facts
-from pixstep.lazy import lazy
-
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-else:
-    np, npt = lazy("numpy"), lazy("numpy.typing")
+from pixstep.lazy import np, npt
 
 
 @dataclass(frozen=True, repr=False)

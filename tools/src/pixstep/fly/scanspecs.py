@@ -15,8 +15,7 @@ from pixstep.api.making import steps_of
 from pixstep.api.words import Decode
 from pixstep.errors import UserError
 from pixstep.fly.scan_line import ScanLine
-from pixstep.fly.scan_making import ScanDrive, ScanLines
-from pixstep.fly.scan_points import axes_of, points_of
+from pixstep.fly.scan_making import ScanDrive, ScanLines, axes_of, points_of
 from pixstep.lines import units
 from pixstep.lines.units import Scale
 

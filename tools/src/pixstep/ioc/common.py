@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from pixstep.motor_record import FIELDS, FieldType, RecordField
-from pixstep.motor_record.menus import NO_YES_CAPITALS, SEVERITY
+from pixstep.motor_record.field import NO_YES_CAPITALS, SEVERITY
 
 if TYPE_CHECKING:
     from pixstep.motor_record.field import Value

@@ -23,8 +23,7 @@ from pixstep.motor_record import (
     PutRefusedError,
     Verb,
 )
-from pixstep.motor_record.menus import Alarm, Severity
-from pixstep.motor_record.record_name import names_a_record
+from pixstep.motor_record.field import Alarm, Severity, names_a_record
 
 if TYPE_CHECKING:
     from pixstep.ioc.saved import SavedRecord

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from pixstep.errors import UserError
 from pixstep.lines.units import STEP
 from pixstep.machine.describe import limit_per_second
-from pixstep.motor_record.record_name import WANTED, is_record_name
+from pixstep.motor_record.field import WANTED, is_record_name
 
 if TYPE_CHECKING:
     from pixstep.machine.model import MachineTables, MotorTable

@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from pixstep.board import registers as regs
-from pixstep.jobs.history import Base
 from pixstep.jobs.job import Job
+from pixstep.jobs.run_log import Base
 
 ENDED = ("done", "loaded", "loading")  # at the end of a line, perhaps with another one queued
 MOST_BLOCKS = 0x8000  # since a chain began; more is a count that has gone back

@@ -1,24 +1,154 @@
 # SPDX-License-Identifier: MIT
-"""A job's configuration beside today's: a row a field, with what its difference means."""
+"""A job's configuration beside today's: a row a field, with what its difference means.
+
+How much a difference between a job's configuration and today's means: the rule of each field.
+
+A key field decided the counts of the lines when the job was made: the machine cannot make a
+difference good while it prints.
+"""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from enum import IntEnum
 from pathlib import Path
 
 from pixstep.errors import RefusedError
 from pixstep.formats.files import examine_bytes
 from pixstep.formats.findings import LENIENT
 from pixstep.formats.motion import MotionFile
-from pixstep.jobs import judging, rules
+from pixstep.jobs import judging
 from pixstep.jobs.job import MACHINE, Job
 from pixstep.jobs.judging import MotorFindings
 from pixstep.jobs.machine_copy import NOTHING, MachineCopy
-from pixstep.jobs.rules import AMBER, GREEN, GREY, RED, Colour, Keys, Rule
 from pixstep.lines.line import SMOOTH
 from pixstep.machine.model import LimitsTable
+
+Keys = tuple[str, ...]
+ANY = "*"
+
+
+class Colour(IntEnum):
+    """What a difference means, the worst last."""
+
+    GREEN = 0
+    """Equal."""
+    GREY = 1
+    """It differs, and makes no difference."""
+    AMBER = 2
+    """It differs: a person has to agree before anything moves."""
+    RED = 3
+    """It differs: the job must not be printed."""
+
+    @property
+    def word(self) -> str:
+        """Its name."""
+        return self.name.lower()
+
+
+GREEN, GREY, AMBER, RED = Colour.GREEN, Colour.GREY, Colour.AMBER, Colour.RED
+
+
+@dataclass(frozen=True)
+class Rule:
+    """What a difference of a field means, and why."""
+
+    colour: Colour
+    why: str
+    key: bool = False
+
+
+_NAMES_ONLY = Rule(GREY, "where the board is found")
+_DEFAULT = Rule(GREY, "a default of other commands")
+_LIMIT = Rule(AMBER, "the lines still keep it, or their own row says not")
+_PLACE = Rule(AMBER, "the job's lines have their own")
+
+RULES: dict[Keys, Rule] = {
+    ("clock", "pixel"): Rule(RED, "the counts are per pixel of the job's clock", key=True),
+    ("clock", "divider"): Rule(RED, "the counts are per pixel of so many edges", key=True),
+    ("clock", "sync"): Rule(AMBER, "lines follow the clock in another way"),
+    ("clock", "gate_edges"): Rule(AMBER, "line zero is at another edge of a burst"),
+    ("line", "motor"): _DEFAULT,
+    ("line", "pixels"): _DEFAULT,
+    ("line", "lead_in"): _PLACE,
+    ("line", "lead_out"): _PLACE,
+    ("line", "scan_offset_forward"): _PLACE,
+    ("line", "scan_offset_back"): _PLACE,
+    ("program", ANY): _DEFAULT,
+    ("epics", ANY): _DEFAULT,
+    ("boards", ANY, "kind"): Rule(RED, "another kind of board", key=True),
+    ("boards", ANY, "port"): _NAMES_ONLY,
+    ("boards", ANY, "unit"): _NAMES_ONLY,
+    ("boards", ANY, "baud"): _NAMES_ONLY,
+    ("boards", ANY, "parity"): _NAMES_ONLY,
+    ("boards", ANY, "clock_out_hz"): Rule(AMBER, "the pixel clock comes from another source"),
+    ("motors", ANY, "board"): Rule(RED, "the motor is on another board", key=True),
+    ("motors", ANY, "axis"): Rule(RED, "the motor is on another axis", key=True),
+    ("motors", ANY, "kind"): Rule(RED, "the counts are decoded in another way", key=True),
+    ("motors", ANY, "steps_per_unit"): Rule(RED, "the counts are of another length", key=True),
+    ("motors", ANY, "direction"): Rule(RED, "the load would run the other way", key=True),
+    ("motors", ANY, "backlash"): Rule(AMBER, "no line of this motor takes it up"),
+    ("motors", ANY, "word"): _DEFAULT,
+    ("motors", ANY, "home_is_limit"): Rule(AMBER, "homing stops at another switch"),
+    ("motors", ANY, "limits", ANY): _LIMIT,
+    ("motors", ANY, "epics", ANY): _DEFAULT,
+    ("motors", ANY, "epics", ANY, ANY): _DEFAULT,
+    ("motors", ANY, "profiles", ANY): Rule(GREY, "the name of a file; its content has its own row"),
+}
+HAPS = Rule(AMBER, "homing is faster or slower")
+NOT_USED = Rule(GREY, "not in the job")
+UNKNOWN = Rule(AMBER, "this pixstep does not know the key")
+GONE = Rule(RED, "the machine does not have it any more")
+LINES = Rule(RED, "a line is refused by what the machine can do today")
+LAYOUT = Rule(GREY, "comments or layout")
+
+# What a board holds; a run writes its clock, so that a difference can be made good.
+BOARD_KIND = Rule(RED, "another board answers there", key=True)
+BOARD_AXIS = Rule(RED, "the board does not have the axis", key=True)
+BOARD_ABSENT = Rule(RED, "it does not answer")
+BOARD_FEATURE = Rule(RED, "its image cannot take up play")
+BOARD_CLOCK = Rule(AMBER, "the board is set otherwise until a run sets it", key=True)
+BOARD_FOLLOWS = Rule(AMBER, "the board is set otherwise until a run sets it")
+BOARD_POLICY = Rule(AMBER, "play would be taken up at reversals only")
+BOARD_SETTING = Rule(AMBER, "the board is set otherwise than when the job was made")
+BOARD_OWN = Rule(GREY, "not as delivered; the job does not say what it should be")
+BOARD_PORT = Rule(GREY, "how the board is spoken to")
+FIRMWARE = Rule(AMBER, "another image than when the job was made")
+
+
+def of(keys: Keys) -> Rule:
+    """Return the rule of a field of a machine file."""
+    for pattern, rule in RULES.items():
+        if len(pattern) == len(keys) and all(
+            one in (ANY, key) for one, key in zip(pattern, keys, strict=True)
+        ):
+            return rule
+    return UNKNOWN
+
+
+def profile(use: str, *, used: bool, from_files: bool) -> Rule:
+    """Return the rule of what a profile holds: one that the lines were made by decided them."""
+    if used:
+        return Rule(RED, "the lines were made by another profile", key=True)
+    if use != "line":
+        return Rule(AMBER, "moves before and after the lines differ")
+    if from_files:
+        return Rule(AMBER, "the lines came from files that may have been made by it")
+    return Rule(GREY, "no line was made by it")
+
+
+def backlash(job: int, today: int, speed: int) -> Rule:
+    """Return the rule of the play that a motor's lines take up, all in steps and steps/pixel."""
+    if max(job, today) > speed:
+        return Rule(RED, f"it does not fit a pixel at {speed} steps/px", key=True)
+    if not job:
+        return Rule(RED, "the lines have no room to take play up", key=True)
+    if not today:
+        return Rule(RED, "the lines take up play that the motor does not have", key=True)
+    return Rule(AMBER, f"the job's {job} steps are sent", key=True)
+
 
 _MOTOR_KEYS = ("board", "axis", "kind", "steps_per_unit", "direction")
 _MORE_KEYS = ("word", "home_is_limit")
@@ -63,7 +193,7 @@ def row_of_lines(place: str, field: str, job: Job, judged: MotorFindings) -> Com
     """Return the row of a motor's lines: whether they pass the limits of today."""
     found = judged.refusal or f"all {job.lines} pass"
     equal = not judged.refusal
-    return row(place, field, rules.LINES, f"{job.lines} lines", found, equal=equal)
+    return row(place, field, LINES, f"{job.lines} lines", found, equal=equal)
 
 
 def verdict(rows: Iterable[ComparisonRow]) -> Colour:
@@ -106,7 +236,7 @@ class _Comparison:
         yield from found
         same = all(one.colour is GREEN for one in found)
         if same and self.today.data != self.job.copies[MACHINE]:
-            yield self._row("file", rules.LAYOUT, "as copied", "changed", equal=False)
+            yield self._row("file", LAYOUT, "as copied", "changed", equal=False)
 
     def _fields(self) -> Iterator[ComparisonRow]:
         for table, keys in _TABLES.items():
@@ -124,7 +254,7 @@ class _Comparison:
 
     def _board(self, name: str) -> Iterator[ComparisonRow]:
         if name not in self.today.tables.boards:
-            yield self._row(f"boards.{name}", rules.GONE, "there", "gone", equal=False)
+            yield self._row(f"boards.{name}", GONE, "there", "gone", equal=False)
             return
         for key in _BOARD:
             yield self._compared(("boards", name, key))
@@ -133,7 +263,7 @@ class _Comparison:
 
     def _motor(self, name: str) -> Iterator[ComparisonRow]:
         if name not in self.today.tables.motors:
-            yield self._row(f"motors.{name}", rules.GONE, "there", "gone", equal=False)
+            yield self._row(f"motors.{name}", GONE, "there", "gone", equal=False)
             return
         for key in _MOTOR_KEYS:
             yield self._compared(("motors", name, key))
@@ -151,7 +281,7 @@ class _Comparison:
     def _compared(self, keys: Keys) -> ComparisonRow:
         """Return the row of a key of the file: by what it means, however it is written."""
         then, now = self.job.machine, self.today
-        rule = rules.of(keys)
+        rule = of(keys)
         equal = then.value(keys) == now.value(keys)
         found = self._row(".".join(keys), rule, then.text(keys), now.text(keys), equal=equal)
         missing = (keys in then.values) != (keys in now.values)
@@ -166,7 +296,7 @@ class _Comparison:
         if about.decode != SMOOTH or about.role not in ("scan", "lines"):
             return self._compared(keys)
         today = self.today.tables[name].backlash_steps
-        rule = rules.backlash(about.backlash, today, self._speed(name))
+        rule = backlash(about.backlash, today, self._speed(name))
         equal = about.backlash == today and (not today or rule.colour is not RED)
         texts = (f"{steps} steps" for steps in (about.backlash, today))
         found = self._row(".".join(keys), rule, *texts, equal=equal)
@@ -193,12 +323,12 @@ class _Comparison:
         if then is None and now is None and not trouble:
             return
         field = f"motors.{name}.profiles.{use} sha256"
-        rule = rules.profile(use, used=use == about.used, from_files=about.role == "lines")
+        rule = profile(use, used=use == about.used, from_files=about.role == "lines")
         yield self._row(field, rule, _sum(then), trouble or _sum(now), equal=then == now)
         if use == "home":
             haps = (_haps(then), _haps(now))
             field = f"motors.{name}.profiles.home HAPs"
-            yield self._row(field, rules.HAPS, *haps, equal=haps[0] == haps[1])
+            yield self._row(field, HAPS, *haps, equal=haps[0] == haps[1])
 
     def _today(self, name: str, use: str) -> tuple[bytes | None, str]:
         """Return today's profile, and why it cannot be read if it cannot."""
@@ -216,7 +346,7 @@ class _Comparison:
         for keys in sorted({*then.unknown, *now.unknown}):
             there = [copy.under(keys) for copy in (then, now)]
             equal = there[0] == there[1]
-            yield self._row(".".join(keys), rules.UNKNOWN, *there, equal=equal)
+            yield self._row(".".join(keys), UNKNOWN, *there, equal=equal)
 
     def _rest(self, covered: set[str]) -> Iterator[ComparisonRow]:
         """Yield what differs in the files and has no row yet: what lines do not depend on."""
@@ -225,7 +355,7 @@ class _Comparison:
             pair = [copy.values.get(keys, NOTHING) for copy in (then, now)]
             above = {".".join(keys[:count]) for count in range(1, len(keys) + 1)}
             if pair[0] != pair[1] and not above & covered:
-                rule = rules.of(keys) if self._is_used(keys) else rules.NOT_USED
+                rule = of(keys) if self._is_used(keys) else NOT_USED
                 yield self._row(".".join(keys), rule, *pair, equal=False)
 
     def _is_used(self, keys: Keys) -> bool:

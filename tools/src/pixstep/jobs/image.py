@@ -22,7 +22,7 @@ from pixstep.formats.header import MOST_LINES
 from pixstep.jobs.assembly import ImagePlace, MotorStroke
 from pixstep.jobs.ramps import RampFromRest
 from pixstep.jobs.shapes import RETURN
-from pixstep.profiles import turning
+from pixstep.profiles import generator
 from pixstep.profiles.generator import MOST_PIXELS
 
 
@@ -213,7 +213,7 @@ def _stepping(found: ImageLayout, move: ImageMove, *, back: bool, is_return: boo
 
 def _turning(found: ImageLayout, move: ImageMove, rest_px: int, *, back: bool) -> MotorStroke:
     forth = move.counts
-    counts = turning.forth_and_back(forth, rest_px)
+    counts = generator.forth_and_back(forth, rest_px)
     middle = found.begin(back=back) + found.image.pixels // 2
     begin = middle - len(forth) - rest_px // 2
     if begin < 0 or begin + len(counts) > found.total:

@@ -21,7 +21,7 @@ from pathlib import Path
 
 from pixstep import atomic
 from pixstep.errors import RefusedError, UserError
-from pixstep.jobs import archive, header, tables
+from pixstep.jobs import archive, header
 from pixstep.jobs.header import JobHeader
 from pixstep.jobs.machine_copy import MachineCopy
 from pixstep.jobs.shapes import MotorRun, Shape
@@ -54,8 +54,8 @@ class Job:
             if name not in members:
                 raise RefusedError(f"{path}: member {name} is missing")
         try:
-            runs = tuple(tables.unpack_runs(members.pop(LINES)))
-            shapes = tables.ShapeTable(members.pop(SHAPES))
+            runs = tuple(archive.unpack_runs(members.pop(LINES)))
+            shapes = archive.ShapeTable(members.pop(SHAPES))
             members.pop(header.NAME)
             _refuse_strange(about, members, runs, shapes)
         except RefusedError as error:
@@ -73,8 +73,8 @@ class Job:
         used = dict.fromkeys(run.shape for run in self.runs)
         members = {
             **self.copies,
-            SHAPES: tables.pack_shapes(self.shapes[key] for key in used),
-            LINES: tables.pack_runs(self.runs),
+            SHAPES: archive.pack_shapes(self.shapes[key] for key in used),
+            LINES: archive.pack_runs(self.runs),
         }
         about = self.header.model_copy(update={"sha256": header.sums(members)})
         return archive.pack({header.NAME: about.text().encode(), **members})

@@ -18,7 +18,7 @@ from pixstep.jobs.ramps import LINE, MOVE, RampFromRest
 from pixstep.lines.units import Quantity, whole_speed
 from pixstep.machine.files import MachineFile
 from pixstep.machine.model import MotorTable as MachineMotor
-from pixstep.profiles import turning
+from pixstep.profiles import generator
 from pixstep.profiles.generator import MAX_SPEED
 
 
@@ -257,7 +257,7 @@ def _notes(
         if was != now:
             yield f"{words} {now} pixels instead of {was}: so long do the motors that step take"
     for name, move in turns.items():
-        if advice := turning.slow_first_pixels(f"motor {name}", move.counts):
+        if advice := generator.slow_first_pixels(f"motor {name}", move.counts):
             yield advice
         if play := machine[name].backlash_steps:
             yield (

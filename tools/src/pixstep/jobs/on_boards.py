@@ -11,10 +11,9 @@ from typing import Any
 from pixstep.board import boards, capability, settings, values
 from pixstep.board import registers as regs
 from pixstep.board.device import Device, Identity
-from pixstep.jobs import judging, rules
-from pixstep.jobs.comparison import ComparisonRow, row, row_of_lines
+from pixstep.jobs import comparison, judging
+from pixstep.jobs.comparison import ComparisonRow, Rule, row, row_of_lines
 from pixstep.jobs.job import Job
-from pixstep.jobs.rules import Rule
 from pixstep.lines.units import hz_words
 from pixstep.machine.files import MachineFile
 
@@ -26,7 +25,7 @@ _BACKLASH = "backlash"
 
 def absent(name: str, why: str) -> ComparisonRow:
     """Return the row of a board that does not answer."""
-    return row(_place(name), "board", rules.BOARD_ABSENT, "there", why, equal=False)
+    return row(_place(name), "board", comparison.BOARD_ABSENT, "there", why, equal=False)
 
 
 def with_board(
@@ -50,7 +49,7 @@ class _OnBoard:
     def rows(self) -> Iterator[ComparisonRow]:
         """Yield what matters to the job's lines, then the other settings."""
         kind = self.machine.boards[self.name].kind
-        yield self._row("kind", rules.BOARD_KIND, kind, self.who.board)
+        yield self._row("kind", comparison.BOARD_KIND, kind, self.who.board)
         yield from self._axes()
         yield from self._clock()
         yield from self._settings()
@@ -68,7 +67,7 @@ class _OnBoard:
             axis = self.machine[name].axis
             has = axis < self.who.axis_count
             found = axis if has else f"axes 0 to {self.who.axis_count - 1}"
-            yield self._row(f"axis of {name}", rules.BOARD_AXIS, axis, found)
+            yield self._row(f"axis of {name}", comparison.BOARD_AXIS, axis, found)
 
     @property
     def _clock_out_hz(self) -> int | None:
@@ -79,14 +78,14 @@ class _OnBoard:
         """Yield the clock that the job was made for beside the registers."""
         clock = self.job.machine.tables.clock
         found = hz_words(values.hz_of(self.there))
-        yield self._row("pixel_hz", rules.BOARD_CLOCK, hz_words(clock.pixel), found)
+        yield self._row("pixel_hz", comparison.BOARD_CLOCK, hz_words(clock.pixel), found)
         divider = settings.divider_of(self.there)
-        yield self._row("divider", rules.BOARD_CLOCK, clock.edges, divider)
+        yield self._row("divider", comparison.BOARD_CLOCK, clock.edges, divider)
         gate = clock.gate_edges or (0 if self.board.has(boards.GATE_FEATURE) else None)
         wanted_here = settings.of_clock(clock.sync, None, gate, self._clock_out_hz)
         for key, wanted in wanted_here.items():
             texts = (self._words(key, value) for value in (wanted, self.there[key]))
-            yield self._row(key, rules.BOARD_FOLLOWS, *texts)
+            yield self._row(key, comparison.BOARD_FOLLOWS, *texts)
 
     def _settings(self) -> Iterator[ComparisonRow]:
         """Yield the other settings: beside the job's, or beside those of a new board."""
@@ -94,7 +93,7 @@ class _OnBoard:
         wanted = copy[values.TABLE] if copy else settings.defaults()
         own = self._clock_out_hz
         if copy and "firmware" in copy:
-            yield self._row("firmware", rules.FIRMWARE, copy["firmware"], self.who.firmware)
+            yield self._row("firmware", comparison.FIRMWARE, copy["firmware"], self.who.firmware)
         for name, held in self.there.items():
             if name in _CLOCK or name not in wanted or (name == boards.CLOCK_OUT_SETTING and own):
                 continue
@@ -110,10 +109,10 @@ class _OnBoard:
 
     def _rule(self, name: str, *, copied: bool) -> Rule:
         if name in _SPEAKING:
-            return rules.BOARD_PORT
+            return comparison.BOARD_PORT
         if copied:
-            return rules.BOARD_SETTING
-        return rules.BOARD_POLICY if name == _POLICY else rules.BOARD_OWN
+            return comparison.BOARD_SETTING
+        return comparison.BOARD_POLICY if name == _POLICY else comparison.BOARD_OWN
 
     def _lines(self) -> Iterator[ComparisonRow]:
         """Yield whether the board takes each motor's lines, by its own limits."""
@@ -122,7 +121,9 @@ class _OnBoard:
         motors = self._motors()
         if any(self.job.header.motors[name].backlash for name in motors):
             has = self.board.has(_BACKLASH)
-            yield self._row("backlash", rules.BOARD_FEATURE, "needed", "needed" if has else "no")
+            yield self._row(
+                "backlash", comparison.BOARD_FEATURE, "needed", "needed" if has else "no"
+            )
         clock = settings.of_clock(self.machine.clock.sync, self.machine.clock.edges)
         hz = self.machine.pixel_hz
         limits = capability.connected_limits(self.board, hz, len(motors), clock)

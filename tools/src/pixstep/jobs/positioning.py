@@ -14,8 +14,8 @@ from pixstep.jobs.job import Job
 from pixstep.jobs.shapes import MINUS, NONE
 from pixstep.jobs.stations import Station
 from pixstep.machine.files import MachineFile
-from pixstep.moves import accel, fast, on_board
-from pixstep.moves.accel import Acceleration
+from pixstep.moves import fast, on_board
+from pixstep.moves.fast import Acceleration
 from pixstep.moves.on_board import MotionClock
 
 
@@ -93,7 +93,7 @@ def _profile(machine: MachineFile, name: str) -> Acceleration:
     if path is not None:
         limit = motor.limit("max_speed")
         top = None if limit is None else int(limit.per_pixel(machine.pixel_hz))
-        return accel.read(path).limited(top)
+        return fast.read(path).limited(top)
     try:
         return ramps.by_limits(machine, motor)
     except UserError as error:

@@ -18,8 +18,8 @@ from pixstep.lines.line import PLAIN
 from pixstep.lines.units import SPEED, Quantity
 from pixstep.machine.files import MachineFile
 from pixstep.machine.model import MotorTable
-from pixstep.moves import accel, fast
-from pixstep.moves.accel import Acceleration
+from pixstep.moves import fast
+from pixstep.moves.fast import Acceleration
 from pixstep.profiles import accelerate, generator, origin
 from pixstep.profiles.accelerate import WantedLine
 from pixstep.profiles.generator import LineRequest
@@ -113,7 +113,7 @@ def _acceleration(
         if path is None:
             continue
         if use == MOVE:
-            return accel.read(path), use
+            return fast.read(path), use
         speeds, notes = formats.read_prn(path)
         named = origin.frequency_of(path, None)
         made = Acceleration(tuple(speeds), source=str(path), made_for_hz=named, notes=tuple(notes))

@@ -15,11 +15,11 @@ from enum import Enum
 from pixstep.board import registers as regs
 from pixstep.board import run
 from pixstep.board.errors import BoardError, LineLostError, NoReplyError
-from pixstep.jobs import account, tag
+from pixstep.jobs import account
 from pixstep.jobs.account import LinePlace
-from pixstep.jobs.history import History
 from pixstep.jobs.job import Job
-from pixstep.jobs.stations import Station
+from pixstep.jobs.run_log import History
+from pixstep.jobs.stations import Station, has_lost_tag
 
 _POLL_S = 0.1
 _BEGINS_S = 1.0  # from arming to line zero, where somebody has said go
@@ -132,7 +132,7 @@ def clear(station: Station) -> None:
 def _found(job: Job, told: History, station: Station) -> BoardAtResume:
     try:
         run.look(station.lines)
-        lost_tag = tag.is_lost(station.board, told.tags.get(station.name, 0))
+        lost_tag = has_lost_tag(station.board, told.tags.get(station.name, 0))
     except BoardError as error:
         return _without_place(station, f"does not answer: {error}")
     positions = ", ".join(f"{name} at {steps}" for name, steps in station.positions.items())

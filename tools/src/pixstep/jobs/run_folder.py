@@ -2,20 +2,63 @@
 """The folder of a run, NAME.pxrun: the job, the log, and what somebody asks of the run.
 
 The job is in it as a copy, so that nothing else is needed to go on.
+
+Per-pixel records of a run, a Parquet file a line: where each motor should have been, and was.
+
+They are what the boards keep and this computer has read in time: `record_every` of the boards, and
+pixels that were overwritten before, leave gaps. Unlike the log they are not synced.
 """
 
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from pixstep import atomic
+from pixstep.board.state import Record
 from pixstep.errors import AskedText, RefusedError, UserError
-from pixstep.jobs import parts, run_log
-from pixstep.jobs.history import BEGIN, History
+from pixstep.jobs import run_log
 from pixstep.jobs.job import Job
-from pixstep.jobs.run_log import Event, RunLog
+from pixstep.jobs.run_log import BEGIN, Event, History, RunLog
+from pixstep.lazy import parquet, pyarrow
+
+FOLDER = "parts"
+FIELDS = ("pixel", "expected_steps", "actual_steps", "edge_error_ticks")
+
+
+class Parts:
+    """The folder of the records; lines are written once nothing more comes of them."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder / FOLDER
+        with atomic.told_of(self._folder):  # here, not when the first line has been made
+            self._folder.mkdir(exist_ok=True)
+        self._rows: dict[int, list[tuple[str, Record]]] = {}
+
+    def take(self, line: int, motor: str, record: Record) -> None:
+        """Take a record of a motor in a line."""
+        self._rows.setdefault(line, []).append((motor, record))
+
+    def write(self, last: int) -> None:
+        """Write the lines up to one."""
+        for line in sorted(self._rows):
+            if line <= last:
+                self._write(line, self._rows.pop(line))
+
+    def _write(self, line: int, rows: Iterable[tuple[str, Record]]) -> None:
+        found = sorted(rows, key=lambda row: (row[0], row[1].pixel))
+        columns = {"motor": pyarrow.array([motor for motor, _ in found], pyarrow.string())} | {
+            name: pyarrow.array([getattr(record, name) for _, record in found], pyarrow.int32())
+            for name in FIELDS
+        }
+        sink = pyarrow.BufferOutputStream()
+        parquet.write_table(pyarrow.table(columns), sink, compression="zstd")
+        path = self._folder / f"line-{line:06}.parquet"
+        with atomic.rules(atomic.WriteRules(force=True)):
+            atomic.write_bytes(path, bytes(sink.getvalue().to_pybytes()))
+
 
 SUFFIX = ".pxrun"
 _JOB, _PAUSE = "job.pxjob", "pause"
@@ -100,7 +143,7 @@ class RunFolder:
         kept, place = self.path.resolve(), output.resolve()
         if (
             place in (kept / run_log.NAME, kept / _JOB, kept / _PAUSE)
-            or place.parent == kept / parts.FOLDER
+            or place.parent == kept / FOLDER
         ):
             raise UserError(f"{output}: is of the run itself: name another file")
 

@@ -4,6 +4,12 @@
 A line is 8 hexadecimal digits of CRC-32, a blank, JSON. It is on the disk before `add` returns. Its
 last line may be torn, by a power cut: such a line is dropped, for nothing was done after it. A bad
 line inside was changed by somebody, and the log is refused.
+
+What the log of a run says of each line of its job.
+
+printed     every board has confirmed its end, or a person has said `--skip`
+in flight   it may have begun: its blocks may be on a board. At most two are
+left        nothing of it was sent
 """
 
 from __future__ import annotations
@@ -11,11 +17,113 @@ from __future__ import annotations
 import json
 import os
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
 from pixstep.errors import RefusedError, UserError
+
+BEGIN, CHAIN, QUEUED, DONE = "begin", "chain", "queued", "done"
+LOST, PAUSED, STOPPED, FINISHED = "lost", "paused", "stopped", "finished"
+RESUME, REDO, SKIP, HOMED, MOVED = "resume", "redo", "skip", "homed", "moved"
+
+
+@dataclass(frozen=True)
+class Base:
+    """An axis when a chain of lines began: its counters and its position."""
+
+    unit: int
+    axis: int
+    lines_done: int
+    next_block: int
+    position_steps: int
+
+    @classmethod
+    def of(cls, data: dict[str, Any]) -> Base:
+        """Return the axis of an event."""
+        return cls(**{name: int(data[name]) for name in cls.__dataclass_fields__})
+
+
+@dataclass
+class History:
+    """What a log tells. `chain` is the first line of the last chain, 0 before it begins.
+
+    `bases` are the axes when it began, by motor.
+    """
+
+    lines: int
+    printed: set[int] = field(default_factory=set)
+    in_flight: list[int] = field(default_factory=list)
+    chain: int = 0
+    bases: dict[str, Base] = field(default_factory=dict)
+    skipped: set[int] = field(default_factory=set)
+    finished: bool = False
+    last: Event = field(default_factory=dict)
+    tags: dict[str, int] = field(default_factory=dict)  # of the boards, by name
+    # How long the bus of a board may be silent: as it was before, and in this run.
+    stored: dict[str, int] = field(default_factory=dict)
+    silence_ms: dict[str, int] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, events: Iterable[Event]) -> History:
+        """Return what events tell."""
+        found = cls(0)
+        for event in events:
+            found.take(event)
+        return found
+
+    def take(self, event: Event) -> None:
+        """Take an event."""
+        kind, line = event.get("event"), int(event.get("line", 0))
+        self.last = event
+        if kind == BEGIN:
+            self.lines = int(event["lines"])
+            boards = event["boards"]
+            self.tags = _of_boards(boards, "tag")
+            self.stored = _of_boards(boards, "bus_timeout_ms")
+            self.silence_ms = _of_boards(boards, "silence_ms")
+            axes = (about["axes"] for about in boards.values())
+            self.bases = {name: Base.of(data) for one in axes for name, data in one.items()}
+        elif kind == CHAIN:
+            self.chain, self.in_flight = line, []
+            self.bases = {name: Base.of(data) for name, data in event["axes"].items()}
+        elif kind == MOVED:
+            self.chain = 0
+            self.bases = {name: Base.of(data) for name, data in event["axes"].items()}
+        elif kind == QUEUED:
+            self.in_flight.append(line)
+        elif kind in (DONE, SKIP):
+            self._settle(line)
+            self.printed.add(line)
+            if kind == SKIP:
+                self.skipped.add(line)
+        elif kind == REDO:
+            self._settle(line)
+        elif kind == FINISHED:
+            self.finished = True
+
+    @property
+    def next_line(self) -> int:
+        """The first line that is neither printed nor skipped; the one after the last at the end."""
+        return next((n for n in range(1, self.lines + 1) if n not in self.printed), self.lines + 1)
+
+    def state(self, *, is_running: bool) -> str:
+        """How the run is: finished, running, paused or broken."""
+        if self.finished:
+            return "finished"
+        if is_running:
+            return "running"
+        return PAUSED if self.last.get("event") == PAUSED else "broken"
+
+    def _settle(self, line: int) -> None:
+        if line in self.in_flight:
+            self.in_flight.remove(line)
+
+
+def _of_boards(boards: Mapping[str, Mapping[str, Any]], key: str) -> dict[str, int]:
+    return {name: int(about[key]) for name, about in boards.items()}
+
 
 try:
     import fcntl

@@ -22,11 +22,11 @@ from pixstep.board.errors import BoardError
 from pixstep.board.link import World
 from pixstep.board.recording import RecordedPixel
 from pixstep.board.together import Together
-from pixstep.jobs import account, history, stations
+from pixstep.jobs import account, run_log, stations
 from pixstep.jobs.account import JobAxis
 from pixstep.jobs.gaps import Gaps
 from pixstep.jobs.job import Job
-from pixstep.jobs.parts import Parts
+from pixstep.jobs.run_folder import Parts
 from pixstep.jobs.run_log import Event
 from pixstep.jobs.sender import Sender
 from pixstep.jobs.stations import Station
@@ -180,10 +180,10 @@ class Chain:
             snapshot.await_lock(station.board, self.world)
             station.rebase()
         bases = stations.bases_of(self.stations)
-        self.note({"event": history.CHAIN, "line": self.first, "axes": bases})
+        self.note({"event": run_log.CHAIN, "line": self.first, "axes": bases})
 
     def _intend(self, line: int) -> None:
-        self.note({"event": history.QUEUED, "line": line})
+        self.note({"event": run_log.QUEUED, "line": line})
 
     def _start(self) -> Together | None:
         """Queue the first lines and start them, on one edge of the clock."""
@@ -229,7 +229,7 @@ class Chain:
         self.lost[station.name] = error
         self.last = min(self.last, self._sender.begun)
         self.note({
-            "event": history.LOST, "board": station.name, "why": str(error), "last": self.last,
+            "event": run_log.LOST, "board": station.name, "why": str(error), "last": self.last,
         })  # fmt: skip
         if not self.alive:
             raise error
@@ -267,7 +267,7 @@ class Chain:
         made = min(self._require_one_line(self.stations), self.last)
         for line in range(self.made + 1, made + 1):
             self.made = line
-            self.note({"event": history.DONE, "line": line})
+            self.note({"event": run_log.DONE, "line": line})
             if self.parts:
                 self.parts.write(line - 1)
         self._show()
@@ -366,7 +366,7 @@ class Chain:
     def _broken(self, why: str) -> JobBrokenError:
         """Log where everything is, as far as boards say it; return what to raise."""
         rows = [row for one in self.stations for row in self._rows(one)]
-        self.note({"event": history.STOPPED, "line": self.made + 1, "why": why, "motors": rows})
+        self.note({"event": run_log.STOPPED, "line": self.made + 1, "why": why, "motors": rows})
         return JobBrokenError("; ".join([why, *map(_where, rows)]), rows)
 
     def _rows(self, station: Station) -> list[Event]:

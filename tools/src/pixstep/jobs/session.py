@@ -12,13 +12,12 @@ from pixstep.board import run
 from pixstep.board.errors import BoardError
 from pixstep.board.link import World
 from pixstep.errors import AskedText, RefusedError
-from pixstep.jobs import history, positioning, stations, tag
+from pixstep.jobs import positioning, run_log, stations
 from pixstep.jobs.gaps import Gaps
-from pixstep.jobs.history import History
 from pixstep.jobs.job import Job
-from pixstep.jobs.parts import Parts
 from pixstep.jobs.positioning import Off
-from pixstep.jobs.run_log import Event, RunLog
+from pixstep.jobs.run_folder import Parts
+from pixstep.jobs.run_log import Event, History, RunLog
 from pixstep.jobs.runner import Chain, ChainEnd, RunWatch
 from pixstep.jobs.stations import Station
 from pixstep.machine.files import MachineFile
@@ -66,16 +65,16 @@ class JobSession:
         two_lines_s = 2 * self.job.pixels / float(self.machine.pixel_hz)
         boards = {}
         for station in self.stations:
-            stored, who = station.board.setting(tag.SILENCE), station.board.who()
+            stored, who = station.board.setting(stations.SILENCE), station.board.who()
             station.rebase()
             boards[station.name] = {
-                "unit": who.unit, "kind": who.board, "firmware": who.firmware, tag.NAME: tag.new(),
-                tag.SILENCE: stored,
-                "silence_ms": tag.silence_ms(stored, two_lines_s, safe=safe),
+                "unit": who.unit, "kind": who.board, "firmware": who.firmware,
+                stations.TAG: stations.new_tag(), stations.SILENCE: stored,
+                "silence_ms": stations.silence_ms(stored, two_lines_s, safe=safe),
                 "axes": {name: vars(base) for name, base in station.bases.items()},
             }  # fmt: skip
         self.note({
-            "event": history.BEGIN, "job": self.job.header.id, "lines": self.job.lines,
+            "event": run_log.BEGIN, "job": self.job.header.id, "lines": self.job.lines,
             "pixels": self.job.pixels, "boards": boards, **facts,
         })  # fmt: skip
 
@@ -87,11 +86,11 @@ class JobSession:
         """
         while (first := self.told.next_line) <= self.job.lines:
             if self.watch.pause_asked():
-                self.note({"event": history.PAUSED, "line": first - 1})
+                self.note({"event": run_log.PAUSED, "line": first - 1})
                 return ChainEnd.PAUSED
             for station in self.stations:
-                tag.put(station.board, tag.NAME, self.told.tags[station.name])
-                tag.put(station.board, tag.SILENCE, self.told.silence_ms[station.name])
+                stations.hold(station.board, stations.TAG, self.told.tags[station.name])
+                stations.hold(station.board, stations.SILENCE, self.told.silence_ms[station.name])
             stations.ready(self.stations)
             away = self._away(first, takes_play=may_move and self._is_first)
             if away and not may_move:
@@ -106,11 +105,11 @@ class JobSession:
             ended = chain.make()
             self.reserve_px = min(self.reserve_px, chain.reserve_px)
             if ended is ChainEnd.PAUSED:
-                self.note({"event": history.PAUSED, "line": chain.made})
+                self.note({"event": run_log.PAUSED, "line": chain.made})
                 return ended
             if ended is ChainEnd.DRY:
                 self._run_dry(chain)
-        self.note({"event": history.FINISHED, "line": self.job.lines})
+        self.note({"event": run_log.FINISHED, "line": self.job.lines})
         self._give_boards_back()
         return ChainEnd.FINISHED
 
@@ -138,7 +137,7 @@ class JobSession:
         for station in self.stations:
             station.rebase()
         self.note({
-            "event": history.MOVED,
+            "event": run_log.MOVED,
             "motors": {one.motor: [one.position_steps, one.wanted_steps] for one in away},
             "axes": stations.bases_of(self.stations),
         })  # fmt: skip
@@ -160,8 +159,8 @@ class JobSession:
         """Put the boards' own times for a silent bus back; they are in no run any more."""
         for station in self.stations:
             try:
-                tag.put(station.board, tag.SILENCE, self.told.stored[station.name])
-                tag.put(station.board, tag.NAME, tag.NONE)
+                stations.hold(station.board, stations.SILENCE, self.told.stored[station.name])
+                stations.hold(station.board, stations.TAG, stations.NO_TAG)
             except BoardError as error:
                 self.watch.say(str(error))
 

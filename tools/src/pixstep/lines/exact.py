@@ -17,15 +17,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import isqrt, sqrt
-from typing import TYPE_CHECKING
 
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 from pixstep.lines.line import Line
-
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
 
 _TOGETHER = 4096  # pieces whose steps are in memory at once, besides their instants
 
@@ -223,25 +217,6 @@ def expected_positions(line: Line) -> list[int]:
         if pixel == line.shifted_pixels:
             done += line.direction * line.backlash
         table.append(done)
-    return table
-
-
-def brute_force_positions(line: Line, period: Fraction) -> list[int]:
-    """Return the same table by counting exact events against each edge, without a formula."""
-    table = []
-    position = 0
-    events = (
-        (when, piece.direction)
-        for piece in pieces(line)
-        for when in (instant(piece, step, period) for step in range(1, piece.steps + 1))
-    )
-    pending = next(events, None)
-    for pixel in range(1, line.pixels + 1):
-        edge = pixel * period
-        while pending is not None and pending[0].at_or_before(edge):
-            position += pending[1]
-            pending = next(events, None)
-        table.append(position)
     return table
 
 

@@ -336,13 +336,13 @@ def _record_problems(machine: MachineTables) -> Iterator[Problem]:
     given = {name: motor.epics.name or name for name, motor in machine.motors.items()}
     if [*given] == [*given.values()]:
         return
-    from pixstep.motor_record import record_name  # which files without records do not need
+    from pixstep.motor_record.field import WANTED, is_record_name  # which not every file needs
 
     owners: dict[str, str] = {}
     for name, record in given.items():
         where = ("motors", name, "epics", "name")
-        if not record_name.is_record_name((machine.epics.prefix or "") + record):
-            yield where, f"no record can have the name {record!r}: {record_name.WANTED}"
+        if not is_record_name((machine.epics.prefix or "") + record):
+            yield where, f"no record can have the name {record!r}: {WANTED}"
         if record in owners:
             yield where, f"motor {owners[record]} has the record {record} already"
         owners.setdefault(record, name)

@@ -2,7 +2,7 @@
 """What turns the commands of motor records into motions of boards, and boards into statuses.
 
 `BusDrives` owns a bus and has an `AxisDrive`, a `motor_record.traffic.Drive`, for each motor.
-`of_machine.motors_of` are the motors of a machine file.
+`starting.motors_of` are the motors of a machine file.
 """
 
 from pixstep.motor_drive.axis import AxisDrive

@@ -20,7 +20,7 @@ being carried out and move nothing twice. If it gives others, or none within a s
 stopped, and they begin where the motor is then. The lines of a drive never take up backlash by
 themselves: the record's two legs do it.
 
-*Positions* are the board's register and an offset that the drive keeps: see `seam.py`. After a
+*Positions* are the board's register and an offset that the drive keeps: see `set_position`. After a
 reset of the board the position is unknown: the last one is shown with PROBLEM, and no move begins
 until a homing or LOAD_POS has given the position a meaning; a jog may.
 """
@@ -29,9 +29,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pixstep.motor_drive.inbox import Inbox, OnStatus
-from pixstep.motor_drive.owner import TurnGiver
 from pixstep.motor_drive.starting import DrivenMotor
+from pixstep.motor_drive.statuses import Inbox, OnStatus, TurnGiver
 from pixstep.motor_drive.watch import BoardWatch
 from pixstep.motor_drive.work import AxisWork
 from pixstep.motor_record.traffic import MotorCommand, Status
@@ -74,7 +73,7 @@ class AxisDrive:
 
     @property
     def offset_steps(self) -> int:
-        """What the drive adds to the board's register; gone with the process, see `seam.py`."""
+        """What the drive adds to the board's register; gone with the process (`set_position`)."""
         return self.work.known.offset_steps
 
     def add_offset(self, steps: int) -> None:

@@ -20,7 +20,7 @@ from pixstep.lines.runs import seek_entries
 from pixstep.motor_drive.motions import DrivenMotion
 from pixstep.motor_drive.watch import BoardWatch
 from pixstep.moves import homing, legs
-from pixstep.moves.accel import Acceleration
+from pixstep.moves.fast import Acceleration
 from pixstep.moves.legs import HomingPlan, HomingRequest
 from pixstep.moves.trapezoid import MoveKinematics, ramp_counts
 

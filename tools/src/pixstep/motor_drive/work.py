@@ -9,23 +9,19 @@ from collections import deque
 from dataclasses import replace
 
 from pixstep.board.errors import BoardError, LineLostError, NoReplyError, OvertakenError
-from pixstep.motor_drive.feed import Steps, require_idle
+from pixstep.motor_drive.feed import Steps, require_idle, stop
 from pixstep.motor_drive.homing import Home
-from pixstep.motor_drive.inbox import Batch, Inbox
-from pixstep.motor_drive.judging import (
+from pixstep.motor_drive.launching import (
     ArmedVerdict,
+    Launching,
     broken_text,
     judge,
     misplaced_text,
     stopped_elsewhere,
 )
-from pixstep.motor_drive.known import KnownAxis
-from pixstep.motor_drive.launching import Launching
 from pixstep.motor_drive.motions import DrivenMotion, DrivenMove, Jog, WantedSpeeds, same
-from pixstep.motor_drive.owner import TurnGiver
-from pixstep.motor_drive.seam import stop
 from pixstep.motor_drive.starting import DrivenMotor, MotionStart, Starting
-from pixstep.motor_drive.statuses import Statuses
+from pixstep.motor_drive.statuses import Batch, Inbox, KnownAxis, Statuses, TurnGiver
 from pixstep.motor_drive.watch import BoardSnapshot, BoardWatch
 from pixstep.motor_record.traffic import MotorCommand, Verb, whole
 

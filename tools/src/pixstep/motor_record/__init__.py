@@ -5,8 +5,7 @@ A client's writes and the motor's status go in, commands to the motor and change
 Nothing here knows a board, a bus or EPICS' protocol, so that others can use the model alone.
 """
 
-from pixstep.motor_record.catalogue import FIELDS, MONITOR_ORDER
-from pixstep.motor_record.catalogue.general import NOT_SERVED
+from pixstep.motor_record.catalogue import FIELDS, MONITOR_ORDER, NOT_SERVED
 from pixstep.motor_record.field import FieldType, PutRefusedError, RecordField
 from pixstep.motor_record.model.record import LinkName, MotorRecord
 from pixstep.motor_record.traffic import Drive, Mip, MotorCommand, Msta, Outcome, Post, Status, Verb

@@ -8,12 +8,12 @@ from fractions import Fraction
 from itertools import pairwise
 from math import ceil, sqrt
 from pathlib import Path
-from typing import TYPE_CHECKING, NotRequired, TypedDict
+from typing import NotRequired, TypedDict
 
 from pixstep.board.errors import BoardError
 from pixstep.board.state import TRIP_CLOSED, Trip
 from pixstep.errors import AskedText, UserError
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.units import edge_tick, hz_text
@@ -22,11 +22,6 @@ from pixstep.moves.legs import INVERTED, HomingPlan
 from pixstep.simulation import verdict
 from pixstep.simulation.job import Experiment
 from pixstep.simulation.logs import AxisEdges
-
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
 
 HYSTERESIS = 8  # steps, of a simulated home switch unless its knobs say otherwise
 _NEAR = 2  # ticks: a leg's beginning as its first edge tells it, and roundings

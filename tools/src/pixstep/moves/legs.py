@@ -17,7 +17,7 @@ from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.runs import Seek, queue_entries, seek_entries
 from pixstep.lines.units import hz_text
 from pixstep.moves import fast
-from pixstep.moves.accel import Acceleration
+from pixstep.moves.fast import Acceleration
 
 DIRECTIONS = {"plus": 1, "minus": -1}
 SEARCH_STEPS, MAX_SEARCH_STEPS = 20_000, 10_000_000

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from pixstep.lines import units
-from pixstep.moves.accel import Acceleration
-from pixstep.moves.fast import FastMove
+from pixstep.moves.fast import Acceleration, FastMove
 from pixstep.simulation.job import RunResult
 from pixstep.simulation.judge import Judgement
 from pixstep.simulation.summary import Move, Summary

@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any, TypedDict, cast
 
 from pixstep import formats
 from pixstep.errors import FINE, NEGATIVE, REFUSED, AskedText, UserError
@@ -113,16 +114,7 @@ class FileCheck(Request):
             "kind": examined.kind,
             "why": examined.why,
             "verdict": _VERDICTS[status],
-            "findings": [
-                {
-                    "name": item.name,
-                    "severity": item.severity,
-                    "line": item.line,
-                    "column": item.column,
-                    "message": item.message,
-                }
-                for item in findings
-            ],
+            "findings": [cast("FileFinding", asdict(item)) for item in findings],
         }
 
         def write(to: Page) -> None:

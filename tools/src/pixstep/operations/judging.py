@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from pixstep.operations.desk import Desk
     from pixstep.operations.facts import Facts
 
+NOT_JUDGED = "whether the board has the time is judged for a clock without a gate"
 ADVICE = AskedText("`pixstep line check` shows all; {no_check} lets the board judge it")
 
 
@@ -36,11 +37,15 @@ def beyond() -> Any:
     )
 
 
-def together(desk: Desk, lines: Sequence[Line], world: LineConditions, *, beyond: bool) -> bool:
+def together(
+    desk: Desk, lines: Sequence[Line], world: LineConditions, *, beyond: bool, gated: bool = False
+) -> bool:
     """Ask whether the board is guaranteed to follow these lines together; True if it is.
 
-    Raises RefusedError if it is not, and says so instead with `beyond`.
+    Raises RefusedError if it is not, and says so instead with `beyond`. A gate is not judged.
     """
+    if gated:
+        desk.say([NOT_JUDGED])
     text = guarantee.refusal(lines, world)
     if text and not beyond:
         raise AskedRefusedError("{text} ({beyond} tries it)", text=text)

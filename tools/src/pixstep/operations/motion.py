@@ -13,9 +13,8 @@ from pixstep.errors import AskedText, UserError
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import Quantity
-from pixstep.moves import accel, experiments, fast, legs
-from pixstep.moves.accel import Acceleration
-from pixstep.moves.fast import FastMove
+from pixstep.moves import experiments, fast, legs
+from pixstep.moves.fast import Acceleration, FastMove
 from pixstep.moves.homing_judge import HomeJob, HomeSummary
 from pixstep.moves.move_judge import MoveJob
 from pixstep.operations import machine_defaults as machine
@@ -54,7 +53,7 @@ class MoveFields(Request):
         `refuse` a profile that was made for a lower pixel frequency.
         """
         top = None if self.max_speed is None else units.whole_limit(self.max_speed, pixel_hz)
-        profile = accel.read(self.profile, raw=self.raw, number=self.line_number, max_speed=top)
+        profile = fast.read(self.profile, raw=self.raw, number=self.line_number, max_speed=top)
         desk.say(reading_lines.motor_notes(desk.facts, self.profile, profile.header))
         desk.say(profile.notes_at(pixel_hz, refuse=refuse))
         return profile, fast.plan(profile, reading_lines.way(desk.facts) * self.steps)
@@ -217,9 +216,9 @@ class HomeFields(Request):
 
     def read_profile(
         self, desk: Desk, pixel_hz: Fraction, *, refuse: bool = False
-    ) -> accel.Acceleration:
+    ) -> fast.Acceleration:
         """Read the profile. `refuse` one for a lower frequency."""
-        read = accel.read(self.profile, raw=self.raw, number=self.line_number)
+        read = fast.read(self.profile, raw=self.raw, number=self.line_number)
         desk.say(reading_lines.motor_notes(desk.facts, self.profile, read.header))
         desk.say(read.notes_at(pixel_hz, refuse=refuse))
         return read

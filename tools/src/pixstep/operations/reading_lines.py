@@ -21,7 +21,7 @@ from pixstep.operations.asked import AskedError
 from pixstep.operations.facts import Facts
 from pixstep.operations.kinds import FILE, Steps
 from pixstep.operations.request import argument, flag, option
-from pixstep.profiles import origin, own_backlash
+from pixstep.profiles import origin
 
 if TYPE_CHECKING:
     from pixstep.operations.desk import Desk
@@ -208,8 +208,8 @@ def backlash_of(
     What differs, and what nothing says, is said.
     """
     machine = str(desk.facts.machine.path) if desk.by_machine("backlash") else ""
-    asked = own_backlash.AskedBacklash(backlash, desk.given("backlash"), machine)
-    play, notes = own_backlash.taken(name, header, counts, decode, asked)
+    asked = origin.AskedBacklash(backlash, desk.given("backlash"), machine)
+    play, notes = origin.taken(name, header, counts, decode, asked)
     desk.say(notes)
     return play
 

@@ -8,13 +8,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from pixstep import atomic, formats, natives, outfolder
 from pixstep.board import boards, capability, guarantee, settings
 from pixstep.board.port import BAUD
 from pixstep.errors import FINE, NEGATIVE, UserError
-from pixstep.lazy import have_package, lazy
+from pixstep.lazy import have_package, rich
 from pixstep.lines import core, exact, line_check
 from pixstep.lines.line import Line
 from pixstep.operations import judging, reading_lines, shared
@@ -31,12 +31,6 @@ from pixstep.simulation.experiment import simulate
 from pixstep.simulation.job import LineExperiment
 from pixstep.simulation.judge import Judgement
 from pixstep.simulation.summary import Summary
-
-if TYPE_CHECKING:
-    import rich.rule
-else:
-    rich = lazy("rich")
-
 
 JudgedRun = TypeVar("JudgedRun", bound=report.JudgedSummary)
 
@@ -136,7 +130,7 @@ class Sim(OfClock, FlawFields):
         for line, motor in zip(lines, motors, strict=True):
             judging.check(desk, line, found, motor)
         world = guarantee.world(self.board, line_hz, clock, self.baud, self.pixel_ppm)
-        judging.together(desk, lines, world, beyond=self.beyond)
+        judging.together(desk, lines, world, beyond=self.beyond, gated=bool(self.gate_edges))
 
     def _job(self, desk: Desk, lines: dict[int, Line]) -> LineExperiment:
         plants, ideals = self._plants(desk, lines)

@@ -19,16 +19,13 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 
 if TYPE_CHECKING:
-    import numpy as np
     import numpy.typing as npt
 
     Places = npt.NDArray[np.float64]
     Speeds = npt.NDArray[np.int64]
-else:
-    np = lazy("numpy")
 
 _SWING = 1e-3  # weight of the squares of changes of acceleration, so that no swing stays
 _STRAY = 0.02  # weight of the squares of distances of speeds, beside those of places

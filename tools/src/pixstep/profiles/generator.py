@@ -7,6 +7,8 @@ have a_k > min(J k, J (m + 1 - k), A): the sum of these is the highest speed tha
 the smallest m whose sum is at least the top speed is the shortest there is. The surplus is then
 taken from the largest accelerations, one unit at a time: lowering a largest one brings it nearer to
 its neighbours or at most one unit below an equal one, so both limits stay kept.
+
+Plain lines that turn: a way out, a rest, and the way back.
 """
 
 import itertools
@@ -14,7 +16,7 @@ from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import accumulate
+from itertools import accumulate, pairwise
 
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.units import (
@@ -26,6 +28,36 @@ from pixstep.lines.units import (
     number_text,
     unit,
 )
+
+
+def forth_and_back(way: Sequence[int], rest_px: int) -> tuple[int, ...]:
+    """Return the counts of a way, of a rest, and of the way back."""
+    back = (-count for count in reversed(way))
+    return (*way, *(0,) * rest_px, *back)
+
+
+def way_of(pixels: int) -> tuple[int, int]:
+    """Return the pixels of each way of a line that turns, and of the rest between, 1 or 2."""
+    way = (pixels - 1) // 2
+    return way, pixels - 2 * way
+
+
+def slow_first_pixels(who: str, way: Sequence[int]) -> str:
+    """Return the advice for what turns and accelerates in its first pixel as hard as in any other.
+
+    It is "" for a way whose first pixel is slower.
+    """
+    speeds = [abs(count) for count in way]
+    rising = speeds[: speeds.index(max(speeds, default=0)) + 1] if speeds else []
+    gains = [after - before for before, after in pairwise([0, *rising])]
+    if len(gains) < 2 or gains[0] < max(gains):
+        return ""
+    return (
+        f"{who} turns inside a line, and its first pixel accelerates by {gains[0]} steps/px2, as "
+        f"hard as any other: a motor that turns runs better by a profile whose first pixel or two "
+        f"are slower"
+    )
+
 
 MOST_PIXELS = 2_000_000  # of a line: what a file can hold
 MAX_SPEED = 16_382  # steps/pixel: the largest even speed that the board takes as a count

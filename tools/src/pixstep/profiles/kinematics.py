@@ -13,16 +13,10 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 from pixstep.lines import exact, units
 from pixstep.lines.line import Line
-
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
 
 
 @dataclass(frozen=True)

@@ -5,18 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, NotRequired, TypedDict
+from typing import NotRequired, TypedDict
 
-from pixstep.lazy import lazy
+from pixstep.lazy import rich
 from pixstep.lines import units
 from pixstep.lines.units import ACCELERATION, JERK, SPEED
 from pixstep.profiles.kinematics import LineMagnitudes
 from pixstep.profiles.repair import ValueChange
-
-if TYPE_CHECKING:
-    import rich.table
-else:
-    rich = lazy("rich")
 
 _SHOWN = 12  # values of a change that are printed
 _LINES = 20  # findings or changes that are printed

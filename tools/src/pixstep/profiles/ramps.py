@@ -4,15 +4,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 from pixstep.profiles.generator import MAX_SPEED
-
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
 
 _NUDGES = (-2, 0, 2)
 _SMOOTHER = 1e-13  # weight of the squared accelerations: decides between equally small changes

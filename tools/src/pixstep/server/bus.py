@@ -11,10 +11,9 @@ from dataclasses import dataclass, field
 
 from pixstep.board.modbus import LineGoneError, RequestError, WriteTimeoutError
 from pixstep.errors import UserError
-from pixstep.server import meaning, messages
+from pixstep.server import messages
 from pixstep.server.line import CutShortError, SharedLine, UnsentError
-from pixstep.server.meaning import RequestMeaning
-from pixstep.server.messages import Message
+from pixstep.server.messages import Message, RequestMeaning
 
 STOP, FIRST, WRITER, READER = range(4)  # ranks; FIRST: what the server itself asks
 _MARK_S = 0.02  # after a mark: boards note when its frame ended
@@ -294,7 +293,7 @@ def _makes_void(stop: BusRequest, other: BusRequest) -> bool:
     """True if a stop makes another request void, which came before it and would come after it."""
     fits = stop.unit in (0, other.unit) or other.unit == 0
     means = other.meaning
-    stops = meaning.ALL if stop.unit == 0 else stop.meaning.stops
+    stops = messages.ALL_AXES if stop.unit == 0 else stop.meaning.stops
     return fits and means.writes and not other.urgent and bool(stops & means.void_after)
 
 

@@ -13,7 +13,7 @@ from typing import BinaryIO
 
 from pixstep.board.port import LAST_UNIT, LEAST_BAUD, MOST_BAUD, PARITIES, TIMEOUTS_S
 from pixstep.errors import one_line
-from pixstep.server import bus, meaning, messages
+from pixstep.server import bus, messages
 from pixstep.server.bus import BusRequest, BusThread
 from pixstep.server.line import SharedLine
 from pixstep.server.messages import Message, MessageError
@@ -64,7 +64,7 @@ class Connection:
                 left(self.session, self._orderly)
                 if self._strays:
                     home = BusRequest(
-                        "the server", 0, b"\0", meaning.RequestMeaning(), lambda _: None, bus.FIRST
+                        "the server", 0, b"\0", messages.RequestMeaning(), lambda _: None, bus.FIRST
                     )
                     home.act = SharedLine.go_home
                     self._house.bus.submit(home)
@@ -142,7 +142,7 @@ class Connection:
                 min(patience[0], messages.seconds(request, "timeout_s", *TIMEOUTS_S)),
                 min(patience[1], messages.whole(request, "retries", 0, _MOST_RETRIES)),
             )
-        job = self._job(number, unit, pdu, meaning.of(pdu), tells=tells, patience=patience)
+        job = self._job(number, unit, pdu, messages.meaning_of(pdu), tells=tells, patience=patience)
         job.more_follows = request.get("more") is True
         if self._house.sessions.is_driven(self.session):
             job.share()
@@ -159,7 +159,7 @@ class Connection:
             text = f"another rate is for a client that is alone, and {others} more use its server"
             self._send({"id": number, "error": messages.TAKEN, "text": text})
             return
-        job = self._job(number, 0, b"\0", meaning.RequestMeaning())
+        job = self._job(number, 0, b"\0", messages.RequestMeaning())
 
         job.act = lambda line: line.go_to(baud, parity, stays=what == messages.FOLLOW)
         self._strays = self._strays or what == messages.RECONFIGURE
@@ -170,7 +170,7 @@ class Connection:
         number: int,
         unit: int,
         pdu: bytes,
-        means: meaning.RequestMeaning,
+        means: messages.RequestMeaning,
         *,
         tells: bool = False,
         patience: tuple[float, int] = (0.5, 0),

@@ -12,7 +12,7 @@ from pixstep.board.modbus import (
 )
 from pixstep.board.rtu import Reply
 from pixstep.errors import UserError
-from pixstep.server import bus, meaning, messages
+from pixstep.server import bus, messages
 from pixstep.server.bus import BusRequest, BusThread
 from pixstep.server.messages import Message
 
@@ -46,7 +46,7 @@ class LocalModbus(Client):
             answers.append(answer)
             came.set()
 
-        means = meaning.of(pdu)
+        means = messages.meaning_of(pdu)
         rank = bus.STOP if means.stops else self._rank
         self._bus.submit(
             BusRequest(self._name, unit, pdu, means, finish, rank, tells, patience=self.patience)

@@ -12,10 +12,9 @@ from typing import Any
 from pixstep.board import rtu
 from pixstep.board.port import LAST_UNIT
 from pixstep.errors import AskedText, UserError
-from pixstep.server import bus, meaning, messages
+from pixstep.server import bus, messages
 from pixstep.server.bus import BusRequest, BusThread
-from pixstep.server.meaning import RequestMeaning
-from pixstep.server.messages import Message
+from pixstep.server.messages import Message, RequestMeaning
 from pixstep.server.sessions import ClientSession, Sessions
 
 EXTRA = "pyModbusTCP is not installed: pip install 'pixstep[modbus-tcp]' (in a clone: tools/setup)"
@@ -93,7 +92,7 @@ class Door:
 
     def _answer(self, session: ClientSession, unit: int, pdu: bytes) -> bytes:
         """Return the PDU of the reply."""
-        means = meaning.of(pdu)
+        means = messages.meaning_of(pdu)
         if means.writes and not means.stops:
             if not self._writes:
                 return _exception(pdu, _ILLEGAL_FUNCTION)

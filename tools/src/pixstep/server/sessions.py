@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from pixstep.server.meaning import RequestMeaning
+from pixstep.server.messages import RequestMeaning
 
 LAPSE_S = 10.0  # without a request: another client may write
 

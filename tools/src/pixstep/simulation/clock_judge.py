@@ -12,20 +12,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.simulation.job import LineExperiment, RunResult
 from pixstep.simulation.logs import AxisEdges, ClockLog
 from pixstep.simulation.pixel_clock import ClockFlaws, PixelGrid
 from pixstep.simulation.summary import AxisClock, Clock, Summary
-
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
 
 EDGE_TICKS = 2  # a locked line's pixel edges are so near to those of an even clock
 POSITION_STEPS = 1

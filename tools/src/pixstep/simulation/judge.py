@@ -5,9 +5,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.lines.units import edge_tick, hz_text
@@ -19,11 +18,6 @@ from pixstep.simulation.pixel_clock import PixelGrid
 from pixstep.simulation.report import PixelRow
 from pixstep.simulation.summary import Load, Shares, Summary
 from pixstep.simulation.verdict import AxisVerdict
-
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
 
 _WORK = (1, 2, 3)  # the main loop's decoding and following; the rest of it looks for work
 

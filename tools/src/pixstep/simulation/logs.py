@@ -8,16 +8,10 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pixstep.errors import RefusedError, UserError
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 from pixstep.simulation.small_pickle import SmallPickle
-
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
 
 HEADER = "cycle,board,axis,signal,level"
 _SIGNALS = ("STEP", "DIR", "ENABLE", "PERMIT", "CLOCK_OUT")

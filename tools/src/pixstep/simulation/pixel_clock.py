@@ -17,17 +17,12 @@ import math
 from dataclasses import asdict, dataclass
 from fractions import Fraction
 from itertools import pairwise
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.simulation.summary import Flaws
-
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
 
 MOST_PPM = 100_000
 MOST_JITTER_US = 10_000

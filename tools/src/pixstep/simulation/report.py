@@ -6,20 +6,13 @@ from __future__ import annotations
 import math
 from dataclasses import astuple, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypedDict
+from typing import Any, Protocol, TypedDict
 
 from pixstep import atomic
 from pixstep.errors import FINE, NEGATIVE, REFUSED
-from pixstep.lazy import lazy
+from pixstep.lazy import rich
 from pixstep.simulation import clock_judge
 from pixstep.simulation.summary import Load, Summary
-
-if TYPE_CHECKING:
-    import rich.box
-    import rich.console
-    import rich.table
-else:
-    rich = lazy("rich")
 
 NARROWEST, WIDE = 80, 120  # columns of a page, and of one with sentences in its tables
 PIXELS_HEADER = "board,axis,pixel,edge_cycle,expected_steps,actual_steps"

@@ -11,13 +11,10 @@ import zlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 
 if TYPE_CHECKING:
-    import numpy as np
     import numpy.typing as npt
-else:
-    np = lazy("numpy")
 
 _FEW = 64  # elements: less is not worth it
 _QUICK = 1  # of zlib's levels

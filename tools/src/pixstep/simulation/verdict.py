@@ -12,9 +12,9 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.lines.units import edge_tick
@@ -22,11 +22,6 @@ from pixstep.simulation import pixel_clock
 from pixstep.simulation.logs import AxisEdges
 from pixstep.simulation.pixel_clock import PixelGrid
 from pixstep.simulation.summary import Axis
-
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
 
 CLOCK_TOLERANCE = 4  # cycles
 _PERIODS_TO_ZERO = range(1, 65)  # of the clock, from its edge to line zero

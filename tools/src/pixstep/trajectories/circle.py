@@ -10,19 +10,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING, TypedDict
+from typing import TypedDict
 
 from pixstep.errors import RefusedError, UserError
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 from pixstep.lines.line_check import MAX_COUNT
 from pixstep.trajectories import table
 from pixstep.trajectories.table import AXES, MOST_RECORDS, TwoAxisTable
-
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
-
 
 HOLDS = 1024
 _MISSED = 1e-7  # counts by which floating point may miss a whole number

@@ -9,11 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pixstep.board import boards, capability
 from pixstep.errors import RefusedError, UserError
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 from pixstep.lines import line_check
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.units import edge_tick
@@ -26,12 +25,6 @@ from pixstep.trajectories import transitions
 from pixstep.trajectories.circle import Circle, Roundness, TableTrace, radius_errors, roundness_of
 from pixstep.trajectories.table import AXES, TwoAxisTable
 from pixstep.trajectories.transitions import Servo, TablePlay
-
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
-
 
 ORIGINAL, COMPENSATED = "original", "compensated"
 

@@ -18,17 +18,13 @@ from typing import TYPE_CHECKING, Any
 
 from pixstep import atomic
 from pixstep.errors import RefusedError, UserError
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 from pixstep.lines.line_check import MAX_COUNT
 from pixstep.owndata.layout import LINE_END, decoded
 from pixstep.owndata.table import MINUS, SEPARATORS
 
 if TYPE_CHECKING:
     from types import ModuleType
-
-    import numpy as np
-else:
-    np = lazy("numpy")
 
 
 AXES = 2

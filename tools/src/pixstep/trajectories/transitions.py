@@ -25,19 +25,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil, pi
-from typing import TYPE_CHECKING
 
 from pixstep.errors import UserError
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 from pixstep.reversals.compensate import directions
 from pixstep.trajectories import table
 from pixstep.trajectories.table import AXES, TwoAxisTable
-
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
-
 
 SUBSTEPS = 20
 _STABLE = 0.5  # radians of the natural frequency in a substep: far from where the loop swings up

@@ -20,16 +20,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pixstep.errors import RefusedError, UserError
-from pixstep.jobs import parts
+from pixstep.jobs import run_folder
 from pixstep.jobs.job import Job
-from pixstep.lazy import lazy
+from pixstep.lazy import lazy, parquet
 
 if TYPE_CHECKING:
     import numpy
     from numpy.typing import NDArray
-    from pyarrow import csv, parquet
+    from pyarrow import csv
 else:
-    numpy, csv, parquet = lazy("numpy"), lazy("pyarrow.csv"), lazy("pyarrow.parquet")
+    numpy, csv = (lazy("numpy"), lazy("pyarrow.csv"))
 
 MISSING = -(1 << 31)
 _KINDS = ("int8", "int16", "int32")
@@ -146,12 +146,14 @@ def _note_worst(
 
 def _tables(folder: Path, lines: int) -> Iterator[tuple[int, Table]]:
     """Yield the records of each line that has some."""
-    for path in sorted((folder / parts.FOLDER).glob("line-*.parquet")):
+    for path in sorted((folder / run_folder.FOLDER).glob("line-*.parquet")):
         try:
             line = int(path.stem.rpartition("-")[2])
             table = _columns(parquet.read_table(path))
-            table = {key: table[key] for key in ("motor", *parts.FIELDS)}
-            strange = next((key for key in parts.FIELDS if table[key].dtype.kind not in "iu"), None)
+            table = {key: table[key] for key in ("motor", *run_folder.FIELDS)}
+            strange = next(
+                (key for key in run_folder.FIELDS if table[key].dtype.kind not in "iu"), None
+            )
         except KeyError as error:
             raise RefusedError(f"{path}: no records of a run: no column {error}") from None
         except (OSError, ValueError):

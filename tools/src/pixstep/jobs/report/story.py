@@ -8,15 +8,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
-from pixstep.jobs import history
-from pixstep.jobs.history import History
+from pixstep.jobs import run_log
 from pixstep.jobs.job import Job
 from pixstep.jobs.run_folder import RunFolder
-from pixstep.jobs.run_log import Event
+from pixstep.jobs.run_log import Event, History
 
 GREEN, BLUE, AMBER, RED = "green", "blue", "amber", "red"
 LEFT, PRINTED, SKIPPED, IN_FLIGHT = range(4)  # what became of a line
-_QUIET = (history.QUEUED, history.DONE)
+_QUIET = (run_log.QUEUED, run_log.DONE)
 
 
 @dataclass
@@ -97,7 +96,7 @@ class Story:
     @property
     def chains(self) -> int:
         """How often lines began from rest; between lines of a chain there is no gap."""
-        return sum(one["event"] == history.CHAIN for one in self.events)
+        return sum(one["event"] == run_log.CHAIN for one in self.events)
 
     @property
     def seconds(self) -> float:
@@ -114,40 +113,40 @@ class Story:
     def _why(self) -> str:
         """Return what ended the lines that began last, as far as the log says it."""
         for one in reversed(self.events):
-            if one["event"] in (history.LOST, history.STOPPED):
+            if one["event"] in (run_log.LOST, run_log.STOPPED):
                 return f"; {one['why']}"
-            if one["event"] in (history.CHAIN, history.RESUME):
+            if one["event"] in (run_log.CHAIN, run_log.RESUME):
                 break
         return "; the log says no reason, as when a computer dies"
 
 
-_BEGUN = (history.CHAIN, history.DONE)
+_BEGUN = (run_log.CHAIN, run_log.DONE)
 
 
 def _words(event: Event) -> str:
     """Return what an event tells, for a reader."""
     kind = event["event"]
-    if kind == history.BEGIN:
+    if kind == run_log.BEGIN:
         boards = ", ".join(
             f"{name} ({one['kind']} {one['firmware']}, address {one['unit']})"
             for name, one in event["boards"].items()
         )
         return f"{event['lines']} lines of {event['pixels']} pixels; boards: {boards}"
-    if kind == history.CHAIN:
+    if kind == run_log.CHAIN:
         return f"lines begin at line {event['line']}"
-    if kind == history.MOVED:
+    if kind == run_log.MOVED:
         ways = (f"{name} from {a} to {b}" for name, (a, b) in event["motors"].items())
         return ", ".join(ways)
-    if kind == history.HOMED:
+    if kind == run_log.HOMED:
         return ", ".join(event["motors"])
-    if kind == history.LOST:
+    if kind == run_log.LOST:
         return f"board {event['board']}: {event['why']}; the others end after line {event['last']}"
-    if kind == history.STOPPED:
+    if kind == run_log.STOPPED:
         return f"in line {event['line']}: {event['why']}"
-    if kind in (history.REDO, history.SKIP):
+    if kind in (run_log.REDO, run_log.SKIP):
         was = f": it was {event['was']}" if "was" in event else ""
         return f"line {event['line']}{was}"
-    if kind == history.RESUME:
+    if kind == run_log.RESUME:
         return f"the machine compared: {event.get('comparison', '')}"
     return f"after line {event['line']}" if "line" in event else ""
 

@@ -12,11 +12,10 @@ from dataclasses import dataclass, field
 
 from pixstep.errors import UserError, one_line
 from pixstep.jobs.job import Job
-from pixstep.jobs.simulated import blocks
+from pixstep.jobs.simulated import cuts
 from pixstep.jobs.simulated.crews import Crew, LostError
-from pixstep.jobs.simulated.cuts import Cut, Cutter, SimulatedWorld
+from pixstep.jobs.simulated.cuts import Cut, Cutter, SimulatedWorld, Tools
 from pixstep.jobs.simulated.folder import SimFolder
-from pixstep.jobs.simulated.tools import Tools
 from pixstep.jobs.simulated.work import Answer
 from pixstep.progress import Progress, unseen
 
@@ -84,7 +83,7 @@ class Campaign:
                 future.cancel()
 
     def _submit(self, crew: Crew, cut: Cut) -> None:
-        data = blocks.pack(self.job, cut, self.world, self.tools)
+        data = cuts.pack(self.job, cut, self.world, self.tools)
         self._under_way[crew.submit(data, str(self.folder.edges))] = cut
 
     def _take(self, crew: Crew) -> list[Cut]:

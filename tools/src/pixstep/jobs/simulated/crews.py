@@ -22,8 +22,8 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pixstep.errors import AskedText, UserError, one_line
-from pixstep.jobs.simulated import tools, work
-from pixstep.jobs.simulated.tools import Tools
+from pixstep.jobs.simulated import cuts, work
+from pixstep.jobs.simulated.cuts import Tools
 from pixstep.jobs.simulated.work import Answer
 from pixstep.lazy import lazy, require_package
 
@@ -215,15 +215,15 @@ def _require_same(address: str, client: Any, wanted: Tools, kinds: tuple[str, ..
     if not names:
         raise UserError(_told_of(address, "has no workers"))
     told = []
-    for at, found in client.run(tools.tools, kinds, on_error="return").items():
+    for at, found in client.run(cuts.tools_here, kinds, on_error="return").items():
         if isinstance(found, BaseException):
             why = one_line(str(found)) or type(found).__name__
         else:
-            why = tools.differences(wanted, found)
+            why = cuts.tool_differences(wanted, found)
         if why:
             told.append(f"worker {names.get(at, '')} at {at}: {why}")
     if told:
-        raise tools.OtherToolsError(_told_of(address, "; ".join(told)))
+        raise cuts.OtherToolsError(_told_of(address, "; ".join(told)))
 
 
 def _told_of(address: str, what: str) -> AskedText:

@@ -5,26 +5,190 @@ The line before a block runs first, so that the seam to the block is a real one.
 decides edges and verdict is in a block's key, and nothing else: not where it is in the job, nor
 where the motors are. So equal blocks of a job have one key, and a line that was changed changes the
 keys of its block and of the next one alone.
+
+What a verdict depends on besides the job: this code, the simulator, the boards' images.
+
+Each is named with its version or the first digits of its SHA-256. Processes that do not have the
+same give other verdicts, so they are refused.
+
+A block of a job on its way to whoever simulates it: a small job of its own, packed.
+
+Positions count from where its first line begins. Expected positions are computed anew where it is
+unpacked: so a line of three motors with 500 pixels each takes some hundred bytes.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import pickle
+import socket
 import tomllib
+import zlib
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, astuple, dataclass, field
+from dataclasses import asdict, astuple, dataclass, field, replace
+from functools import cache
+from pathlib import Path
 from typing import Any
 
+from pixstep import natives
 from pixstep.board import registers as regs
 from pixstep.board import settings, values
 from pixstep.board.boards import load as load_kind
 from pixstep.errors import AskedText, UserError
-from pixstep.jobs.job import Job
-from pixstep.jobs.simulated import tools
-from pixstep.jobs.simulated.tools import Images, Tools
+from pixstep.jobs.header import JobHeader
+from pixstep.jobs.job import MACHINE, Job
+from pixstep.jobs.shapes import MotorRun, Shape
+from pixstep.lazy import np
 from pixstep.lines.units import hz_text
 from pixstep.simulation.pixel_clock import ClockFlaws
+from pixstep.simulation.small_pickle import SmallPickle
+from pixstep.version import __version__
+
+Tools = Mapping[str, str]
+Images = Mapping[str, Path]  # by kind of board, where it is not the built one
+_DIGITS = 16
+_SIMULATOR = "pixstep-sim"
+
+
+class OtherToolsError(UserError):
+    """A process has other tools than the one that asks it."""
+
+
+def tools_here(kinds: tuple[str, ...], images: Images | None = None) -> dict[str, str]:
+    """Return the tools of this process, by name, for boards of these kinds."""
+    found = {"pixstep": f"{__version__} {_code()}", _SIMULATOR: _sum(natives.program(_SIMULATOR))}
+    for kind in kinds:
+        found[f"firmware of {kind}"] = _sum(image_of(kind, images or {}))
+    return found
+
+
+def image_of(kind: str, images: Images) -> Path:
+    """Return the image of a kind of board."""
+    return images.get(kind) or natives.image(kind)
+
+
+def tool_differences(mine: Tools, others: Tools) -> str:
+    """Return in words which tools somebody else has; nothing if they are the same."""
+    found = (
+        f"{name} {others.get(name, '(none)')} instead of {wanted}"
+        for name, wanted in mine.items()
+        if others.get(name) != wanted
+    )
+    return ", ".join(found)
+
+
+def require_same_tools(mine: Tools, others: Tools, who: str) -> None:
+    """Raise OtherToolsError if somebody else has other tools."""
+    if told := tool_differences(mine, others):
+        raise OtherToolsError(f"{who} has {told}")
+
+
+def host() -> str:
+    """Return the name of this computer."""
+    return socket.gethostname()
+
+
+@cache
+def _code() -> str:
+    """Return the sum of this package's sources and of the tables that the build makes."""
+    folder, content = Path(__file__).parents[2], hashlib.sha256()
+    for path in sorted(folder.rglob("*.py")):
+        content.update(f"{path.relative_to(folder)}\n".encode() + path.read_bytes())
+    content.update(natives.made("tables.json").read_bytes())
+    return content.hexdigest()[:_DIGITS]
+
+
+@cache
+def _sum(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()[:_DIGITS]
+
+
+@dataclass(frozen=True)
+class _Shapes(SmallPickle):
+    """Shapes: decode, backlash and pixels of each, the counts of all one after the other."""
+
+    heads: list[tuple[str, int, int]]
+    counts: np.ndarray
+
+    @classmethod
+    def of(cls, shapes: list[Shape]) -> _Shapes:
+        heads = [(one.decode, one.backlash, len(one.counts)) for one in shapes]
+        counts = [count for one in shapes for count in one.counts]
+        return cls(heads, np.array(counts, dtype=np.int64))
+
+    def shapes(self) -> dict[bytes, Shape]:
+        found, at = {}, 0
+        for decode, backlash, pixels in self.heads:
+            shape = Shape.of(self.counts[at : at + pixels].tolist(), decode, backlash)
+            found[shape.key] = shape
+            at += pixels
+        return found
+
+
+@dataclass(frozen=True)
+class JobBlock:
+    """What there is to simulate: lines of a job, from 1, of which the first `run_in` only run."""
+
+    key: str
+    run_in: int
+    job: Job
+    place: MotorPlaces
+    follows: Follows
+    settings: dict[str, dict[str, int]]
+    world: SimulatedWorld
+    tools: Tools
+
+
+@dataclass(frozen=True)
+class _PackedBlock:
+    key: str
+    run_in: int
+    header: JobHeader
+    machine: bytes
+    runs: list[MotorRun]
+    shapes: _Shapes
+    place: MotorPlaces
+    follows: Follows
+    settings: dict[str, dict[str, int]]
+    world: SimulatedWorld
+    tools: Tools
+
+
+def pack(job: Job, cut: Cut, world: SimulatedWorld, tools: Tools) -> bytes:
+    """Return a block of a job."""
+    zero = {name: run.start_steps for name, run in job.runs_of(cut.begin).items()}
+    runs = [
+        replace(run, line=line + 1 - cut.begin, start_steps=run.start_steps - zero[name])
+        for line in range(cut.begin, cut.last + 1)
+        for name, run in job.runs_of(line).items()
+    ]
+    lines = job.header.line.model_copy(update={"lines": cut.last + 1 - cut.begin})
+    source = job.header.source.model_copy(update={"files": {}})
+    header = job.header.model_copy(
+        update={"line": lines, "source": source, "sha256": {}, "settings": {}}
+    )
+    shapes = [job.shapes[key] for key in dict.fromkeys(run.shape for run in runs)]
+    packed = _PackedBlock(
+        cut.key, cut.first - cut.begin, header, job.copies[MACHINE], runs, _Shapes.of(shapes),
+        MotorPlaces.of(job), Follows.of(job), settings_of(job), world, tools,
+    )  # fmt: skip
+    return zlib.compress(pickle.dumps(packed, pickle.HIGHEST_PROTOCOL))
+
+
+def unpack(data: bytes) -> JobBlock:
+    """Return the block of its bytes."""
+    found: _PackedBlock = pickle.loads(zlib.decompress(data))
+    job = Job(
+        found.header, {MACHINE: found.machine}, tuple(found.runs), found.shapes.shapes(),
+        Path(f"block {found.key[:8]}"),
+    )  # fmt: skip
+    return JobBlock(
+        found.key, found.run_in, job, found.place, found.follows, found.settings, found.world,
+        found.tools,
+    )  # fmt: skip
+
 
 LINES = 32  # of a block, besides the one before
 MOST_STEPS = 2_000_000  # of a block, or one line: a list of edges is held in memory
@@ -196,4 +360,4 @@ def _plain(values_of: tuple[Any, ...]) -> list[Any]:
 
 def tools_of(job: Job, world: SimulatedWorld) -> Tools:
     """Return the tools of this process for a job."""
-    return tools.tools(MotorPlaces.of(job).kinds, world.images)
+    return tools_here(MotorPlaces.of(job).kinds, world.images)

@@ -23,15 +23,12 @@ from pixstep.jobs.job import Job
 from pixstep.jobs.simulated import rows
 from pixstep.jobs.simulated.cuts import Cut
 from pixstep.jobs.simulated.work import Answer
-from pixstep.lazy import lazy
+from pixstep.lazy import lazy, parquet, pyarrow
 
 if TYPE_CHECKING:
-    import pyarrow
-    from pyarrow import compute, parquet
+    from pyarrow import compute
 else:
-    pyarrow, parquet, compute = (
-        lazy("pyarrow"), lazy("pyarrow.parquet"), lazy("pyarrow.compute"),
-    )  # fmt: skip
+    compute = lazy("pyarrow.compute")
 
 SUFFIX = ".pxsim"
 _BLOCKS, _EDGES, _LINES, _ABOUT = "blocks", "edges", "lines.parquet", "simulation.json"

@@ -12,13 +12,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 from pixstep.board import boards
 from pixstep.jobs.shapes import MINUS, PLUS
-from pixstep.jobs.simulated.blocks import JobBlock
+from pixstep.jobs.simulated.cuts import JobBlock
 from pixstep.jobs.simulated.rows import FAIL, MOST_REASON, PASS, Edges, LineRow
-from pixstep.lazy import lazy
+from pixstep.lazy import np
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.simulation import clock_judge, pixel_clock, verdict
@@ -26,11 +25,6 @@ from pixstep.simulation.job import FREE, LOCK, START, LineExperiment
 from pixstep.simulation.logs import AxisEdges, AxisPlant, ClockLog, EdgeLog
 from pixstep.simulation.pixel_clock import PixelGrid
 from pixstep.simulation.verdict import CLOCK_TOLERANCE, AxisVerdict
-
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
 
 LOAD_STEPS = 1
 _ROUNDED_TICKS = 2  # that two edges may be apart by their rounding

@@ -7,17 +7,10 @@ import hashlib
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pixstep.errors import RefusedError, one_line
-from pixstep.lazy import lazy
-
-if TYPE_CHECKING:
-    import numpy as np
-    import pyarrow
-    from pyarrow import parquet
-else:
-    np, pyarrow, parquet = lazy("numpy"), lazy("pyarrow"), lazy("pyarrow.parquet")
+from pixstep.lazy import np, parquet, pyarrow
 
 PASS, FAIL = "pass", "fail"
 MOST_REASON = 400  # characters

@@ -18,8 +18,8 @@ from pixstep.errors import PlainError, UserError
 from pixstep.jobs import stations
 from pixstep.jobs.runner import Chain, ChainEnd, RunWatch
 from pixstep.jobs.shapes import MINUS
-from pixstep.jobs.simulated import judge, rows, tools
-from pixstep.jobs.simulated.blocks import JobBlock, unpack
+from pixstep.jobs.simulated import cuts, judge, rows
+from pixstep.jobs.simulated.cuts import JobBlock, unpack
 from pixstep.jobs.simulated.judge import BlockOutcome
 from pixstep.jobs.stations import Station
 from pixstep.simulation.logs import read_clock_log, read_edges, read_plant
@@ -48,10 +48,12 @@ class Answer:
 def simulate(data: bytes, folder: str) -> Answer:
     """Simulate a block; leave its edges in a folder of this computer."""
     began = time.monotonic()
-    block, who = unpack(data), tools.host()
+    block, who = unpack(data), cuts.host()
     path = Path(folder).expanduser().resolve() / f"{block.key}.parquet"
     try:
-        tools.require(block.tools, tools.tools(block.place.kinds, block.world.images), who)
+        cuts.require_same_tools(
+            block.tools, cuts.tools_here(block.place.kinds, block.world.images), who
+        )
         with atomic.told_of(path.parent):
             atomic.make_folder(path.parent)
         found = _judged(block, path)
@@ -85,7 +87,7 @@ def _run(block: JobBlock, folder: Path) -> str:
     machine, job = block.job.machine.tables, block.job
     plants = plants_of(block)
     options = SimOptions(
-        [(kind, tools.image(kind, block.world.images)) for kind in block.place.boards.values()],
+        [(kind, cuts.image_of(kind, block.world.images)) for kind in block.place.boards.values()],
         machine.clock_hz, pixel_ppm=block.world.ppm, flaws=block.world.flaws,
         seed=block.world.seed, edges=folder / _EDGES, clock_log=folder / _CLOCK,
         plants=plants, plant_log=folder / _PLANTS if plants else None,

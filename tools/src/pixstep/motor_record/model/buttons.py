@@ -4,11 +4,10 @@
 A function that returns True has settled what this processing does.
 """
 
-from pixstep.motor_record.menus import Spmg
-from pixstep.motor_record.model import asking, coordinates, limits
+from pixstep.motor_record.field import Spmg
+from pixstep.motor_record.model import limits, moving, readback
 from pixstep.motor_record.model.readback import release_buttons, targets_become_readbacks
-from pixstep.motor_record.model.state import State
-from pixstep.motor_record.model.values import Values
+from pixstep.motor_record.model.state import State, Values
 from pixstep.motor_record.traffic import Mip
 
 
@@ -43,7 +42,7 @@ def stop_or_spmg(r: State) -> bool:
 def _stop(r: State, *, for_good: bool) -> None:
     """Stop the motor. `for_good`: the target becomes the position, else it is kept."""
     v = r.v
-    asking.stop(r)
+    moving.stop(r)
     if for_good:
         if v.mip in (Mip.DONE, Mip.RETRY, Mip.STOP):
             _stop_at_rest(v)
@@ -86,7 +85,7 @@ def home(r: State) -> bool:
     v.pp = 1
     if v.movn:
         v.mip |= Mip.STOP
-        asking.stop(r)
+        moving.stop(r)
     else:
         begin_home(r)
     return True
@@ -103,7 +102,7 @@ def begin_home(r: State) -> None:
     """Look for the home switch, now that the motor rests."""
     r.v.dmov = 0
     r.v.rcnt = 0
-    asking.home(r)
+    moving.home(r)
 
 
 # --- jog ---------------------------------------------------------------------------------------
@@ -123,7 +122,7 @@ def jog(r: State) -> bool:
     if v.mip & Mip.JOGGING and not v.mip & Mip.JOG_REQ:
         v.pp = 1
         v.mip = (v.mip | Mip.JOG_STOP) & ~Mip.JOGGING
-        asking.stop(r)
+        moving.stop(r)
         return True
     return bool(v.mip & Mip.AFTER_JOG)
 
@@ -138,10 +137,10 @@ def _begin_jog(r: State) -> None:
     v.pp = 1
     if v.movn:
         v.mip |= Mip.STOP
-        asking.stop(r)
+        moving.stop(r)
     else:
         v.dmov = 0
-        asking.jog(r)
+        moving.jog(r)
 
 
 # --- tweaks and distances ----------------------------------------------------------------------
@@ -161,5 +160,5 @@ def relative_targets(v: Values) -> None:
 
 def targets_from_position(v: Values) -> None:
     """Make the targets the position, after a motion that had no target."""
-    coordinates.targets_from_readback(v)
+    readback.targets_from_readback(v)
     v.diff, v.rdif = 0.0, 0

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Soft limits in their three coordinates, and what violates them."""
 
-from pixstep.motor_record.model.state import State
-from pixstep.motor_record.model.values import Values
+from pixstep.motor_record.model.state import State, Values
 from pixstep.motor_record.traffic import Verb
 
 

@@ -1,15 +1,257 @@
 # SPDX-License-Identifier: MIT
-"""One processing of the record: a status is followed up, then wishes are looked at."""
+"""One processing of the record: a status is followed up, then wishes are looked at.
+
+What follows when the motor rests are second legs, ends of jogs, homing after a stop, retries. The
+wishes of clients have a fixed order, status, stop, resolution, buttons, targets: the first that is
+there settles this processing.
+"""
 
 from enum import Enum, auto
 
-from pixstep.motor_record.menus import Alarm, RetryMode, Severity, StatusUpdate
-from pixstep.motor_record.model import asking, limits, readback, work
-from pixstep.motor_record.model.after_motion import follow_up, retry_or_end
-from pixstep.motor_record.model.readback import at_switch_ahead, shows
-from pixstep.motor_record.model.state import State
-from pixstep.motor_record.model.values import Values
+from pixstep.motor_record.field import Alarm, RetryMode, Severity, Spmg, StatusUpdate
+from pixstep.motor_record.model import buttons, limits, moving, readback
+from pixstep.motor_record.model.readback import (
+    at_switch_ahead,
+    nearest_long,
+    shows,
+    targets_become_readbacks,
+)
+from pixstep.motor_record.model.speeds import keep_dead_bands
+from pixstep.motor_record.model.state import State, Values
 from pixstep.motor_record.traffic import Mip, Msta, Status, Verb
+
+
+def do_work(r: State, *, from_motor: bool) -> None:
+    """Look at all wishes once. `from_motor`: this processing began with a status or a delay."""
+    v = r.v
+    if v.stup == StatusUpdate.ON:
+        ask_for_status(r, for_client=True)
+    settled = buttons.stop_or_spmg(r) or _new_resolution(r)
+    if not settled and _targets(r) and not buttons.held(v):
+        _act(r, from_motor=from_motor)
+
+
+def _targets(r: State) -> bool:
+    """Gather what changes DVAL. False if something on the way settled this processing."""
+    gathered = _target_from_link(r) if closed_loop(r) else _wishes(r)
+    return gathered and _user_target(r)
+
+
+def _act(r: State, *, from_motor: bool) -> None:
+    """Act on DVAL, else on SYNC; if there is nothing to do, ask for a status."""
+    v = r.v
+    if v.dval != v.ldvl or not v.dmov:
+        _dial_target(r)
+    elif v.sync and v.mip == Mip.DONE:
+        targets_become_readbacks(r)
+        v.sync = 0
+    elif not from_motor and v.stup == StatusUpdate.OFF:
+        ask_for_status(r)
+
+
+def ask_for_status(r: State, *, for_client: bool = False) -> None:
+    """Ask for a status, and note that one is awaited."""
+    r.status_for_client = for_client
+    r.v.stup = StatusUpdate.BUSY
+    r.ask(Verb.GET_INFO)
+
+
+def closed_loop(r: State) -> bool:
+    """True where the target comes from DOL."""
+    return bool(r.v.omsl) and r.dol.exists
+
+
+def _target_from_link(r: State) -> bool:
+    """Take VAL from DOL. False if that is dead."""
+    if r.dol.value is None:
+        r.v.udf = 1
+        return False
+    r.v.val = r.dol.value
+    r.v.udf = 0
+    return True
+
+
+def _wishes(r: State) -> bool:
+    """Look at the buttons. False if one of them settled this processing."""
+    if buttons.home(r) or buttons.jog(r):
+        return False
+    buttons.relative_targets(r.v)
+    return True
+
+
+def _new_resolution(r: State) -> bool:
+    """Act on a change of MRES, ERES or UEIP: the controller's position is set anew."""
+    v = r.v
+    if not r.resolution_written:
+        return False
+    keep_dead_bands(v)
+    if readback.setting_position(v):
+        v.pp = 1
+        r.ask(Verb.GET_INFO)
+    elif not v.mip & Mip.LOAD_P:
+        load_position(r)
+    return True
+
+
+def _user_target(r: State) -> bool:
+    """Act on a new VAL. False if that settled this processing."""
+    v = r.v
+    if v.val == v.lval:
+        return True
+    if readback.setting_position(v) and not v.foff:
+        redefine_user_position(r)
+        return False
+    v.dval = readback.dial(v, v.val)
+    return True
+
+
+def _dial_target(r: State) -> None:
+    """Act on DVAL: a move, or a position where SET is on."""
+    v = r.v
+    readback.difference(v)
+    if not readback.setting_position(v):
+        moving.toward_target(r)
+    elif not v.mip & Mip.LOAD_P:
+        load_position(r)
+
+
+def wanted(v: Values, *, from_motor: bool) -> bool:
+    """True if this processing looks at wishes at all: not while a motion goes on."""
+    waits_for_motor = from_motor and not v.dmov and not v.mip & Mip.RETRY
+    return bool(v.stop) or buttons.held(v) or not waits_for_motor
+
+
+def load_position(r: State) -> None:
+    """Set the controller's position to DVAL; OFF or VAL follows, as FOFF says."""
+    v = r.v
+    if not readback.countable(v, v.dval):
+        readback.back_to_last(v)
+        v.dmov = 1
+        return
+    raw = v.dval / v.mres
+    v.rval = nearest_long(raw)
+    if v.foff:
+        v.val = readback.user(v, v.dval)
+    else:
+        v.off = v.val - v.dval * readback.direction(v)
+        limits.user_limits_from_dial(v)
+    readback.keep_as_last(v)
+    v.mip, v.dmov = Mip.LOAD_P, 0
+    r.ask(Verb.LOAD_POS, raw)
+    r.ask(Verb.GET_INFO)
+
+
+def redefine_user_position(r: State) -> None:
+    """Change OFF so that the axis is at VAL. The controller is not asked."""
+    v = r.v
+    v.off = v.val - v.dval * readback.direction(v)
+    v.rbv = readback.user(v, v.drbv)
+    limits.user_limits_from_dial(v)
+    v.lval = v.val
+    v.mip, v.dmov = Mip.DONE, 1
+
+
+_WITH_TARGET = Mip.MOVE | Mip.MOVE_BL | Mip.JOG_BL1 | Mip.JOG_BL2
+
+
+def follow_up(r: State) -> None:
+    """Do what is left of what was in progress, now that the motor rests."""
+    v = r.v
+    v.pp = 0
+    if not v.omsl and not v.mip & _WITH_TARGET:
+        buttons.targets_from_position(v)
+    if v.mip & Mip.LOAD_P:
+        v.mip = Mip.DONE
+    elif v.mip & Mip.HOME:
+        _home_or_homed(r)
+    elif r.has(Mip.JOG_STOP, Mip.MOVE):
+        _first_leg_over(r)
+    elif v.mip & Mip.JOG_BL1:
+        _approach_after_jog(r)
+    readback.keep_as_last(v)
+    v.mip &= ~Mip.STOP
+
+
+def _home_or_homed(r: State) -> None:
+    v = r.v
+    if v.mip & Mip.STOP:
+        v.mip &= ~Mip.STOP
+        buttons.begin_home(r)
+        v.pp = 1
+    elif v.mip & Mip.HOMF:
+        v.mip &= ~Mip.HOMF
+        v.homf = 0
+    else:
+        v.mip &= ~Mip.HOMR
+        v.homr = 0
+
+
+def _first_leg_over(r: State) -> None:
+    v = r.v
+    if moving.has_backlash(v):
+        if v.mip & Mip.JOG_STOP:
+            _overshoot_after_jog(r)
+        else:
+            moving.second_leg(r, moving.approach(v, moving.steps_to_target(v)))
+            v.mip = Mip.MOVE_BL
+        _goes_on(v)
+    v.mip &= ~(Mip.JOG_STOP | Mip.MOVE)
+
+
+def _overshoot_after_jog(r: State) -> None:
+    v = r.v
+    speed = moving.faster_than_base(v, v.velo)
+    moving.set_speed(r, speed, moving.slew_acceleration(v, v.velo))
+    moving.go(r, moving.way_to_overshoot(v, moving.steps_to_overshoot(v)))
+    v.mip = Mip.JOG_BL1
+
+
+def _approach_after_jog(r: State) -> None:
+    v = r.v
+    distance = moving.steps_to_target(v) - moving.steps_to_overshoot(v)
+    moving.second_leg(r, moving.approach(v, distance))
+    v.mip = Mip.JOG_BL2
+    _goes_on(v)
+
+
+def _goes_on(v: Values) -> None:
+    """Note that a leg follows: not done, and something to do when that one is over."""
+    v.dmov, v.pp = 0, 1
+    v.cdir = int(moving.steps_to_target(v) >= 0)
+
+
+def retry_or_end(r: State) -> None:
+    """Compare position and target: try again, give up, or be done."""
+    v = r.v
+    if abs(v.diff) < v.rdbd or _against_switch(v):
+        _reached(v)
+    elif v.rtry == 0:
+        v.mip &= Mip.JOG_REQ
+    elif v.rcnt < v.rtry:
+        v.rcnt += 1
+        v.dmov, v.mip = 0, Mip.RETRY
+    else:
+        _missed(v)
+
+
+def _against_switch(v: Values) -> bool:
+    """True if the limit switch is active in the direction that was asked for, user coordinates."""
+    forwards = bool(v.cdir) == readback.user_is_raw(v)
+    return bool(v.hls if forwards else v.lls)
+
+
+def _reached(v: Values) -> None:
+    v.mip &= Mip.JOG_REQ
+    v.miss = 0
+    if v.spmg == Spmg.MOVE:
+        v.spmg = Spmg.PAUSE
+
+
+def _missed(v: Values) -> None:
+    v.rcnt += 1
+    v.mip = Mip.JOG_REQ if buttons.jog_wanted(v) else Mip.DONE
+    v.miss = 1
+    readback.keep_as_last(v)
 
 
 class Next(Enum):
@@ -31,8 +273,8 @@ def process(r: State, status: Status | None = None, *, by_write: bool = False) -
     from_motor = status is not None or bool(v.mip & Mip.DELAY_ACK)
     if not from_motor or _follow(r) is Next.WORK:
         _guard_limits(v, violated)
-        if work.wanted(v, from_motor=from_motor):
-            work.do_work(r, from_motor=from_motor)
+        if wanted(v, from_motor=from_motor):
+            do_work(r, from_motor=from_motor)
     if from_motor and v.stup == StatusUpdate.BUSY:
         v.stup = StatusUpdate.OFF
     r.resolution_written = False
@@ -64,7 +306,7 @@ def _while_moving(r: State) -> None:
         v.mip |= Mip.EXTERNAL
         v.pp = 1
     if v.ntm and _target_behind(v):
-        asking.stop(r)
+        moving.stop(r)
         v.mip |= Mip.STOP
         v.pp = 0
 

@@ -1,17 +1,81 @@
 # SPDX-License-Identifier: MIT
-"""The motor record: writes, statuses and the end of a delay go in, an Outcome comes out."""
+"""The motor record: writes, statuses and the end of a delay go in, an Outcome comes out.
+
+The start of a record: fields of a database file become consistent, the position is restored.
+"""
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Literal
 
 from pixstep.motor_record.catalogue import FIELDS
-from pixstep.motor_record.field import PutRefusedError, RecordField, Value
-from pixstep.motor_record.model import limits, start, writes
+from pixstep.motor_record.field import (
+    PutRefusedError,
+    RecordField,
+    Restore,
+    Spmg,
+    Value,
+    names_a_record,
+)
+from pixstep.motor_record.model import limits, readback, speeds, writes
 from pixstep.motor_record.model.processing import process
-from pixstep.motor_record.model.state import InputLink, State
-from pixstep.motor_record.record_name import names_a_record
+from pixstep.motor_record.model.readback import nearest_long
+from pixstep.motor_record.model.state import InputLink, State, Values
 from pixstep.motor_record.traffic import Mip, MotorCommand, Msta, Outcome, Status, Verb, whole
+
+
+def initialise(r: State, status: Status) -> None:
+    """Begin with the motor as `status` says."""
+    v = r.v
+    speeds.settle_resolution(v)
+    speeds.settle(v)
+    speeds.keep_dead_bands(v)
+    if v.eres == 0:
+        v.eres = v.mres
+    v.udf = int(r.dol.exists)
+    readback.take(v, _restored(r, status))
+    readback.work_out(r, first=True)
+    if not v.omsl:
+        readback.targets_from_readback(v)
+    _limits(r)
+    _state(v)
+    r.resolution_written = False
+    r.journal.post_changes()
+
+
+def _restored(r: State, status: Status) -> Status:
+    """Set the controller's position to DVAL, if RSTM says so."""
+    v = r.v
+    if not _restores(v, status):
+        return status
+    raw = v.dval / v.mres
+    r.ask(Verb.LOAD_POS, raw)
+    return replace(status, position_steps=nearest_long(raw))
+
+
+def _restores(v: Values, status: Status) -> bool:
+    near = max(abs(v.rdbd), abs(v.mres))
+    lost = abs(v.dval) > near and abs(status.position_steps * v.mres) < near
+    if v.rstm == Restore.CONDITIONAL:
+        return lost or readback.relative(v)
+    return v.rstm == Restore.ALWAYS or (v.rstm == Restore.NEAR_ZERO and lost)
+
+
+def _limits(r: State) -> None:
+    """Make raw and user limits agree with the dial limits."""
+    limits.high_dial_limit_changed(r)
+    limits.low_dial_limit_changed(r)
+
+
+def _state(v: Values) -> None:
+    v.dmov, v.movn, v.mip = 1, 0, Mip.DONE
+    v.lspg = v.spmg = Spmg.GO
+    readback.difference(v)
+    readback.keep_as_last(v)
+    beyond = v.drbv > v.dhlm + v.mres or v.drbv < v.dllm - v.mres
+    v.lvio = int(limits.enabled(v) and (beyond or limits.contradict(v)))
+
 
 LinkName = Literal["RDBL", "DOL"]
 _NO_FIELDS: Mapping[str, float | str] = {}
@@ -59,7 +123,7 @@ class MotorRecord:
 
     def initialise(self, status: Status) -> Outcome:
         """Begin, with the motor as `status` says: once, before all else."""
-        start.initialise(self._r, status)
+        initialise(self._r, status)
         return self._outcome()
 
     def put(self, field: str, value: float | str, status: Status | None = None) -> Outcome:

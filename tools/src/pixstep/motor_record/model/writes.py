@@ -6,13 +6,10 @@ from functools import partial
 from typing import Final
 
 from pixstep.motor_record.catalogue import FIELDS
-from pixstep.motor_record.field import PutRefusedError, Value
-from pixstep.motor_record.menus import StatusUpdate
-from pixstep.motor_record.model import asking, coordinates, limits, resolution, speeds
-from pixstep.motor_record.model.coordinates import within
-from pixstep.motor_record.model.readback import shows
-from pixstep.motor_record.model.state import State
-from pixstep.motor_record.model.values import Values
+from pixstep.motor_record.field import PutRefusedError, StatusUpdate, Value
+from pixstep.motor_record.model import limits, moving, readback, speeds
+from pixstep.motor_record.model.readback import shows, within
+from pixstep.motor_record.model.state import State, Values
 from pixstep.motor_record.traffic import Mip, Msta, Verb
 
 TARGETS: Final = frozenset({"VAL", "DVAL", "RVAL", "RLV", "TWF", "TWR"})
@@ -31,8 +28,8 @@ def refuse(v: Values, name: str, value: Value) -> None:
         raise PutRefusedError(name, value, "the motor looks for the home switch already")
     if name == "STUP" and v.stup != StatusUpdate.OFF:
         raise PutRefusedError(name, value, "a status is awaited already")
-    if name in ("MRES", "UREV") and abs(float(value)) < resolution.LEAST_STEP:
-        raise PutRefusedError(name, value, f"at least {resolution.LEAST_STEP:g} is wanted")
+    if name in ("MRES", "UREV") and abs(float(value)) < speeds.LEAST_STEP:
+        raise PutRefusedError(name, value, f"at least {speeds.LEAST_STEP:g} is wanted")
 
 
 def act(r: State, name: str) -> bool:
@@ -49,18 +46,18 @@ def act(r: State, name: str) -> bool:
 def _direction(r: State) -> None:
     v = r.v
     if v.foff:
-        v.val = coordinates.user(v, v.dval)
+        v.val = readback.user(v, v.dval)
     else:
-        v.off = v.val - v.dval * coordinates.direction(v)
-    v.rbv = coordinates.user(v, v.drbv)
+        v.off = v.val - v.dval * readback.direction(v)
+    v.rbv = readback.user(v, v.drbv)
     limits.user_limits_from_dial(v)
 
 
 def _offset(r: State) -> None:
     v = r.v
-    v.val = coordinates.user(v, v.dval)
-    v.lval = coordinates.user(v, v.ldvl)
-    v.rbv = coordinates.user(v, v.drbv)
+    v.val = readback.user(v, v.dval)
+    v.lval = readback.user(v, v.ldvl)
+    v.rbv = readback.user(v, v.drbv)
     limits.user_limits_from_dial(v)
 
 
@@ -96,7 +93,7 @@ def _jog(r: State, button: str, switch: str) -> None:
 def _jog_speed(r: State) -> None:
     speeds.into_range(r.v, "jvel")
     if r.v.mip & Mip.JOGGING:
-        asking.change_jog(r)
+        moving.change_jog(r)
 
 
 def _jog_acceleration(r: State) -> None:
@@ -158,10 +155,10 @@ ACTIONS: Final[Mapping[str, Callable[[State], None]]] = {
     "SUSE": _set("set", 0),
     "FOF": _set("foff", 1),
     "VOF": _set("foff", 0),
-    "MRES": resolution.step_written,
-    "UREV": resolution.revolution_written,
-    "SREV": resolution.steps_written,
-    "ERES": resolution.encoder_step_written,
+    "MRES": speeds.step_written,
+    "UREV": speeds.revolution_written,
+    "SREV": speeds.steps_written,
+    "ERES": speeds.encoder_step_written,
     "UEIP": _use_encoder,
     "URIP": _use_link,
     "HLM": limits.high_user_limit_changed,
@@ -191,6 +188,6 @@ ACTIONS: Final[Mapping[str, Callable[[State], None]]] = {
     "DCOF": partial(_gain, attribute="dcof", verb=Verb.SET_DGAIN),
     "FRAC": _fraction,
     "NTMF": _far_factor,
-    "RDBD": _on_values(resolution.keep_dead_bands),
-    "BDST": _on_values(resolution.keep_dead_bands),
+    "RDBD": _on_values(speeds.keep_dead_bands),
+    "BDST": _on_values(speeds.keep_dead_bands),
 }

@@ -136,7 +136,8 @@ class BoardUpload(RecordFields, BoardLineClock, ToBoard):
             check_lines(desk, known, lines, pixel_hz, clock, motors)
             world = guarantee.of_board(known.board, pixel_hz, clock)
             if world:
-                judging.together(desk, list(lines.values()), world, beyond=self.beyond)
+                gated = bool(self.gate_edges)
+                judging.together(desk, list(lines.values()), world, beyond=self.beyond, gated=gated)
 
     def _set(self, board: Device) -> None:
         """Write the settings that were asked for."""

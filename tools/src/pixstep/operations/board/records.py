@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any, TypedDict, cast
 
 from pixstep import atomic, signals
 from pixstep.board import boards, recording
@@ -313,11 +313,8 @@ class _Events:
         for event in events:
             if event.number <= self._seen:
                 continue
-            row: LoggedEvent = {
-                "number": event.number, "code": event.code, "axis": event.axis,
-                "argument": event.argument, "pixel": event.pixel, "time_ms": event.time_ms,
-                "name": event.name, "text": event.text,
-            }  # fmt: skip
+            told = {**vars(event), "name": event.name, "text": event.text}
+            row = cast("LoggedEvent", told)
             self._desk.row(row)
             self._desk.tell(_event_text(event))
             if self._keeps:
@@ -334,15 +331,7 @@ def _wait_s(known: Known) -> float:
 
 
 def _data(row: RecordedPixel) -> RecordRow:
-    found = row.record
-    return {
-        "line": row.line,
-        "axis": row.axis,
-        "pixel": found.pixel,
-        "expected_steps": found.expected_steps,
-        "actual_steps": found.actual_steps,
-        "edge_error_ticks": found.edge_error_ticks,
-    }
+    return cast("RecordRow", {"line": row.line, "axis": row.axis, **vars(row.record)})
 
 
 def _records_text(followed: list[AxisLog]) -> str:

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""What running and resuming a job have in common: the comparison, the boards, signals, the end."""
+"""Print a job: compared, armed once, its lines without a gap, every line logged.
+
+What resuming a job has in common with that is here too: the comparison, the boards, signals, the
+end.
+"""
 
 from __future__ import annotations
 
@@ -19,8 +23,9 @@ from pixstep.operations.bus import StoppedError
 from pixstep.operations.desk import Desk
 from pixstep.operations.job import buses
 from pixstep.operations.job.buses import BusOf, Compares
-from pixstep.operations.kinds import TEXT
-from pixstep.operations.request import flag, option, shared_fields
+from pixstep.operations.job.reading import job_file, read
+from pixstep.operations.kinds import PATH, TEXT
+from pixstep.operations.request import flag, operation, option, shared_fields
 from pixstep.operations.result import Result
 
 if TYPE_CHECKING:
@@ -30,6 +35,7 @@ if TYPE_CHECKING:
     from pixstep.jobs.runner import RunWatch
     from pixstep.jobs.session import JobSession
     from pixstep.machine.files import MachineFile
+
 
 Confirm = Callable[[str], bool]
 _AMBER_SHOWN = 8
@@ -95,7 +101,7 @@ class Prints(Compares):
         red, and for amber to which nobody agrees.
         """
         from pixstep.jobs import comparison, judging, stations
-        from pixstep.jobs.rules import GREEN
+        from pixstep.jobs.comparison import GREEN
 
         rows = self.compare_file(job, found)
         machine = found.tables
@@ -125,7 +131,7 @@ class Prints(Compares):
 
     def _accepted(self, desk: Desk, rows: list[ComparisonRow]) -> bool:
         from pixstep.jobs import comparison
-        from pixstep.jobs.rules import AMBER
+        from pixstep.jobs.comparison import AMBER
 
         confirm: Confirm | None = desk.view
         if self.accept_amber or confirm is None or comparison.verdict(rows) is not AMBER:
@@ -251,3 +257,54 @@ def _user() -> str:
         return getpass.getuser()
     except (KeyError, OSError):  # a system without a name for this user
         return "unknown"
+
+
+@operation("job run")
+class JobRun(Prints):
+    """Print a job on the boards of the machine file.
+
+    The job is compared first: red is refused, amber wants a yes or --accept-amber. The first line
+    begins on the pixel clock, of several boards on the same edge; each board chains the others
+    without a gap, and one line is queued ahead. The folder NAME.pxrun has the log: a line counts as
+    printed when every board says so by counter and position. Ctrl-C pauses at the end of the line
+    after the one that moves, a second one stops at once. `pixstep job resume` goes on.
+    """
+
+    result = RunOfJob
+    needs_machine = True
+
+    job: Path = job_file()
+    folder: Path | None = option(
+        PATH, "Folder of the run.", shown="NAME.pxrun", default_text="the job's name"
+    )
+    to_start: bool = flag("Bring motors to where line 1 begins, which are elsewhere.")
+
+    def run(self, desk: Desk) -> Result:
+        """Compare the job, begin a run, print."""
+        job, found = read(self.job), buses.today(desk.facts)
+        from pixstep.jobs import positioning
+        from pixstep.jobs.run_folder import SUFFIX, Parts, RunFolder
+        from pixstep.jobs.run_log import History
+        from pixstep.jobs.session import JobSession, elsewhere
+        from pixstep.jobs.stations import of_job
+
+        path = self.folder or Path(self.job.name).with_suffix(SUFFIX)
+        RunFolder.refuse_other(path, job)
+        machine = found.tables
+        with buses.opened(desk, machine, self.port, self.timeout) as bus_of:
+            told = self.compare(desk, job, found, bus_of)
+            stations = of_job(job, machine, bus_of)
+            away = positioning.off(job, 1, stations)
+            if away and not self.to_start:
+                raise elsewhere(away)
+            folder = RunFolder.begin(path, job)
+            with folder.log() as log, watched(desk, lambda: folder.pause_asked) as watch:
+                parts = Parts(path) if self.records else None
+                session = JobSession(job, machine, stations, log, History(0), watch, parts)
+                if self.time_gaps:
+                    session.time_gaps()
+                session.begin(told, safe=safe(job, machine))
+                try:
+                    return make(session, path, may_move=self.to_start)
+                finally:
+                    folder.forget_pause()

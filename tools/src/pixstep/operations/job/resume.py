@@ -55,8 +55,8 @@ class JobResume(Prints):
     def run(self, desk: Desk) -> Result:
         """Look at the boards, and print what is left."""
         folder, job = opened(self.run_path)
-        from pixstep.jobs import history, resuming
-        from pixstep.jobs.parts import Parts
+        from pixstep.jobs import resuming, run_log
+        from pixstep.jobs.run_folder import Parts
         from pixstep.jobs.session import JobSession
         from pixstep.jobs.stations import of_job
 
@@ -90,7 +90,7 @@ class JobResume(Prints):
                     for station in stations:
                         resuming.clear(station)
                     facts = self.compare(desk, job, found, bus_of)
-                    session.note({"event": history.RESUME, **facts})
+                    session.note({"event": run_log.RESUME, **facts})
                     if not told.lines:
                         session.begin(facts, safe=printing.safe(job, machine))
                     self._home(desk, session, verdict)
@@ -143,20 +143,20 @@ class JobResume(Prints):
 
     def _settle(self, session: JobSession, verdict: ResumeVerdict) -> None:
         """Log what became of the lines in flight."""
-        from pixstep.jobs import history
+        from pixstep.jobs import run_log
         from pixstep.jobs.resuming import Fate
 
         for one in verdict.lines:
             if one.fate is Fate.PRINTED:
-                session.note({"event": history.DONE, "line": one.number})
+                session.note({"event": run_log.DONE, "line": one.number})
             elif one.number in self.skip:
-                session.note({"event": history.SKIP, "line": one.number, "was": one.text})
+                session.note({"event": run_log.SKIP, "line": one.number, "was": one.text})
             else:
-                session.note({"event": history.REDO, "line": one.number, "was": one.text})
+                session.note({"event": run_log.REDO, "line": one.number, "was": one.text})
 
     def _home(self, desk: Desk, session: JobSession, verdict: ResumeVerdict) -> None:
         """Home motors whose positions do not hold, and bring them to their line from its side."""
-        from pixstep.jobs import history, positioning
+        from pixstep.jobs import positioning, run_log
 
         away = [one for one in verdict.boards if not one.trusted]
         if not away or session.told.next_line > session.job.lines:
@@ -164,7 +164,7 @@ class JobResume(Prints):
         if self.home:
             for name in verdict.to_home:
                 _home_motor(desk, session.machine, name, session.stations, self.port)
-        session.note({"event": history.HOMED, "motors": verdict.to_home})
+        session.note({"event": run_log.HOMED, "motors": verdict.to_home})
         moved = positioning.every(
             session.job, session.told.next_line, [one.station for one in away]
         )

@@ -7,11 +7,11 @@ import functools
 from dataclasses import asdict
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypedDict, cast
+from typing import Any, Literal, TypedDict, cast
 
 from pixstep import atomic, formats
 from pixstep.errors import FINE, NEGATIVE, UserError
-from pixstep.lazy import lazy
+from pixstep.lazy import rich
 from pixstep.lines import units
 from pixstep.lines.line_check import MAX_COUNT
 from pixstep.lines.units import Quantity
@@ -30,12 +30,6 @@ from pixstep.reversals.compensate import (
     MotionLimits,
     MotorCounts,
 )
-
-if TYPE_CHECKING:
-    import rich.box
-    import rich.table
-else:
-    rich = lazy("rich")
 
 
 class _PixelsOrAuto(Pixels):

@@ -39,7 +39,7 @@ from pixstep.operations.request import argument, flag, operation, option
 from pixstep.operations.result import Result
 from pixstep.owndata.columns import QUANTITIES
 from pixstep.owndata.table import BLANK, DECIMALS, NONE, SEPARATORS
-from pixstep.profiles import accelerate, generator, origin, turning
+from pixstep.profiles import accelerate, generator, origin
 from pixstep.profiles.generator import MOST_PIXELS
 
 
@@ -183,13 +183,13 @@ def _turned(asked: LineMake, desk: Desk, make: Make, request: generator.LineRequ
     """Make a line that turns: a way out, a rest, and the way back."""
     if not asked.is_plain:
         raise AskedError("{turn}: only a plain line turns: {decode} plain")
-    way, rest = turning.way_of(request.pixels)
+    way, rest = generator.way_of(request.pixels)
     if asked.pixels is not None and way < 1:
         raise AskedError("{turn}: {pixels} 3 at least")
     made = make(asked, desk, replace(request, pixels=way))
-    advice = turning.slow_first_pixels(f"the motor of {asked.output}", made.made.counts)
+    advice = generator.slow_first_pixels(f"the motor of {asked.output}", made.made.counts)
     desk.say([advice] if advice else [])
-    counts = turning.forth_and_back(made.made.counts, 1 if asked.pixels is None else rest)
+    counts = generator.forth_and_back(made.made.counts, 1 if asked.pixels is None else rest)
     return replace(made, made=replace(made.made, counts=list(counts)))
 
 

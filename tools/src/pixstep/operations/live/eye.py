@@ -3,24 +3,115 @@
 
 A bus is asked for by its port or its server once, by whoever begins; what is lost later comes back
 by itself. The port is never opened again here, which might reset a board that moves.
+
+Which boards the page of `pixstep watch --web` shows: of a run, a port or a machine file.
+
+What an axis has done while it was watched: its speed, and where it was in its line.
 """
 
 from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 from pixstep.board import snapshot
 from pixstep.board.device import Device, Identity
 from pixstep.board.errors import BoardError
 from pixstep.board.link import Link, SerialLink
-from pixstep.board.port import Port
+from pixstep.board.port import BAUD, Port
 from pixstep.board.snapshot import Snapshot
 from pixstep.errors import UserError
-from pixstep.operations.live.trail import Trail
 from pixstep.server import remote
+
+if TYPE_CHECKING:
+    from pixstep.machine.model import MachineTables
+
+
+def spots_of(machine: MachineTables, port: str, boards: Iterable[str], served: bool) -> list[Spot]:
+    """Return some boards of a machine, those of a port together; `port` is instead of the file's.
+
+    A board without a port is left out.
+    """
+    found: dict[str, tuple[Port, list[int]]] = {}
+    for name in boards:
+        board = machine.boards[name]
+        place = port or board.port
+        if place:
+            made = Port(place, board.baud or BAUD, board.parity)
+            found.setdefault(place, (made, []))[1].append(board.unit)
+    return [
+        Spot(made, tuple(dict.fromkeys(units)), names_on(machine, place), served)
+        for place, (made, units) in found.items()
+    ]
+
+
+def names_on(machine: MachineTables | None, port: str) -> dict[tuple[int, int], AxisName]:
+    """Return what a machine file calls axes of the boards on a port."""
+    found = {}
+    for motor in machine.motors.values() if machine else ():
+        assert machine is not None
+        board = machine.boards[machine.board_name(motor)]
+        if board.port in (None, port):
+            scale = motor.steps_per_unit
+            about = (scale.length, float(scale.steps_per_unit)) if scale else ()
+            found[board.unit, motor.axis] = AxisName(motor.name, *about)
+    return found
+
+
+_LOOKS = 2  # over which a speed is taken
+_KEPT = 600  # speeds; at four a second those of two minutes and a half
+_MOST = 1200  # places of a line: of a longer one every second place is let go, again and again
+
+
+class Trail:
+    """The speeds of an axis, and its places in the newest line that it was seen in.
+
+    `line` counts the lines that were seen: with another number the places begin again.
+    """
+
+    def __init__(self) -> None:
+        self.line = 0
+        self.speed: float | None = None  # steps a second
+        self._speeds: deque[tuple[float, float]] = deque(maxlen=_KEPT)
+        self._places: list[tuple[int, int]] = []  # pixel and position
+        self._last: deque[tuple[float, Mapping[str, int]]] = deque(maxlen=_LOOKS)
+
+    def add(self, time_s: float, axis: Mapping[str, int]) -> None:
+        """Add the registers of the axis as they were at a time."""
+        pixel, position = axis["pixel"], axis["position_steps"]
+        if not self._last:
+            self._begin()
+        else:
+            before = self._last[-1][1]
+            if pixel < before["pixel"] or axis["lines_done"] < before["lines_done"]:
+                self._begin()
+            first_s, first = self._last[0]
+            if time_s > first_s:
+                self.speed = (position - first["position_steps"]) / (time_s - first_s)
+                self._speeds.append((round(time_s, 3), round(self.speed, 2)))
+        if not self._places or self._places[-1] != (pixel, position):
+            self._places.append((pixel, position))
+        if len(self._places) > _MOST:
+            del self._places[1:-1:2]
+        self._last.append((time_s, axis))
+
+    def lose(self) -> None:
+        """Forget how it was last: a board that comes back may have been reset."""
+        self.speed = None
+        self._last.clear()
+
+    def as_json(self) -> dict[str, Any]:
+        """Return all that was seen, as plain data."""
+        return {"line": self.line, "places": self._places[:], "speeds": list(self._speeds)}
+
+    def _begin(self) -> None:
+        self.line += 1
+        self._places.clear()
+
 
 MOST_S = 1.0  # between two looks: a board that nobody asks anything takes its host for dead
 _RETRIES = 1  # of a request: the page is to know soon that a board is silent

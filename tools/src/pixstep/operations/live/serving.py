@@ -16,8 +16,7 @@ from pixstep.operations import bus, serve
 from pixstep.operations.asked import AskedError
 from pixstep.operations.bus import Units
 from pixstep.operations.desk import Desk
-from pixstep.operations.live import spots
-from pixstep.operations.live.eye import Eye, Spot
+from pixstep.operations.live.eye import Eye, Spot, names_on, spots_of
 from pixstep.operations.live.job_run import LiveRun
 from pixstep.operations.live.view import LiveView
 from pixstep.server import remote
@@ -113,15 +112,14 @@ def _spots(desk: Desk, asked: LivePageAsked, run: LiveRun | None) -> list[Spot]:
     if run:
         machine = run.job.machine.tables
         names = dict.fromkeys(machine.board_name(machine[name]) for name in run.job.motors)
-        return spots.of_machine(machine, asked.port or "", names, served=True)
+        return spots_of(machine, asked.port or "", names, served=True)
     if asked.port:
         units = asked.units if isinstance(asked.units, tuple) else ()  # all are looked for
-        names_on = spots.names_on(desk.facts.found, asked.port)
-        return [Spot(asked.bus, units, names_on)]
+        return [Spot(asked.bus, units, names_on(desk.facts.found, asked.port))]
     if desk.facts.found is None:
         raise AskedError("{port} is missing: no run and no machine file say it")
     machine_file = desk.facts.found
-    found = spots.of_machine(machine_file, "", machine_file.boards, served=False)
+    found = spots_of(machine_file, "", machine_file.boards, served=False)
     if not found:
         raise AskedError("{port} is missing: {path} has none", path=machine_file.path)
     return found
