@@ -264,6 +264,23 @@ static void cost_curved(const struct walk *w,
     job->part.account = c->account_px + entry_cost(w, c) * w->steps;
 }
 
+// What these steps use up of a call's budget.
+static double curve_units(
+    const struct steps_found *n, bool first, bool last, bool steep, bool several)
+{
+    double units = n->flat + n->wide;
+
+    if (several) {
+        units += (first ? 60.0 : 0.0) + 4.0 * n->steep + 36.0 * n->slow;
+    } else {
+        units += 2.0 * n->steep + 24.0 * n->slow;
+    }
+    if (last) { // a step on its own
+        units += several ? (steep ? 36.0 : 22.0) : (steep ? 24.0 : 12.0);
+    }
+    return units;
+}
+
 static void cost_curve(const struct walk *w,
                        const struct guarantee_costs *c,
                        const struct guarantee_board *board,
@@ -273,22 +290,13 @@ static void cost_curve(const struct walk *w,
     struct steps_found n = {0};
     double steps = job->part.steps;
     bool first = w->done <= 0.0;
-    bool several = board->axes > 1;
     bool steep = guarantee_curve_steep(&shape, fmax(0.0, w->done + steps - 1.0));
 
     guarantee_curve(&shape, w->done, w->done + steps, &n);
     job->part.entries = steps;
     job->cycles = (first ? c->curve_px + (w->shifted ? c->shifted_px : 0.0) : 0.0) +
                   cycles_of(&n, c, false);
-    job->units = n.flat + n.wide;
-    if (several) {
-        job->units += (first ? 60.0 : 0.0) + 4.0 * n.steep + 36.0 * n.slow;
-    } else {
-        job->units += 2.0 * n.steep + 24.0 * n.slow;
-    }
-    if (job->last) { // a step on its own
-        job->units += several ? (steep ? 36.0 : 22.0) : (steep ? 24.0 : 12.0);
-    }
+    job->units = curve_units(&n, first, job->last, steep, board->axes > 1);
     job->part.account = (first ? c->account_curve_px : 0.0) + entry_cost(w, c) * steps;
 }
 
