@@ -196,7 +196,7 @@ def test_a_script_does_the_same_in_every_cycle(simulator, invoke, put):
         ("wait 7.5ms", 17.5 * MS), ("clock 41Hz", 17.5 * MS), ("wait 100ms", 117.5 * MS),
         ("quit", 117.5 * MS),
     ]  # fmt: skip
-    assert rows[-1]["clock"] == {"hz": 41, "ppm": 0, "runs": True}
+    assert rows[-1]["clock"] == {"hz": 41, "ppm": 0, "runs": True, "own": False}
     assert [row["estop_pressed"] for row in rows] == [False] * 2 + [True] * 5
 
 
