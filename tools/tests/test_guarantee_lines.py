@@ -48,7 +48,8 @@ def test_three_axes_that_brake_hard_together_are_too_slow():
     line = Line(tuple((a + b) // 2 for a, b in pairwise(speeds)), SMOOTH, name="brake")
     fast_bus = guarantee.LineConditions("mega", Fraction(24), baud=250_000)
     as_measured = next(guarantee.verdicts([line] * 3, fast_bus))
-    assert (as_measured.follows, as_measured.pixel) == (False, 34)
+    assert not as_measured.follows
+    assert as_measured.pixel in (33, 34)  # those that brake
 
 
 def test_an_uno_passes_entries_one_by_one():

@@ -276,7 +276,8 @@ static double curve_units(
         units += 2.0 * n->steep + 24.0 * n->slow;
     }
     if (last) { // a step on its own
-        units += several ? (steep ? 36.0 : 22.0) : (steep ? 24.0 : 12.0);
+        double extra = several ? 14.0 : 12.0;
+        units += (several ? 22.0 : 12.0) + (steep ? extra : 0.0);
     }
     return units;
 }
