@@ -158,3 +158,6 @@ def test_the_command_asks_at_the_port_of_the_machine_file(folder, mega, monkeypa
     assert [one.name for one in console.options] == ["/dev/ttyACM0"]
     CliRunner().invoke(main, [*words, "--port", "/dev/ttyUSB7"])
     assert console.options[-1].name == "/dev/ttyUSB7"
+    monkeypatch.setenv("PIXSTEP_PORT", "/dev/ttyUSB8")
+    CliRunner().invoke(main, ["job", "run", "a.pxjob"])
+    assert console.options[-1].name == "/dev/ttyUSB8"
