@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: MIT
 """What a board is guaranteed to follow: lines that run together, its clock, its bus.
 
-The board's main loop is replayed with the costs that were measured on its image, as they are, higher
-by what their table misses of the worst of its probes, and with some margins more: which part of a
-line comes first depends on every cost, so that no single margin is the worst one. A line that passes runs without a
-fault whatever a host asks meanwhile, and with every record kept. What a replay cannot know it does
-not promise: a clock that is worse than declared, a host that sends line data too late.
+The board's main loop is replayed with the costs that were measured on its image, as they are,
+higher by what their table misses of the worst of its probes, and with some margins more: which part
+of a line comes first depends on every cost, so that no single margin is the worst one. A line that
+passes runs without a fault whatever a host asks meanwhile, and with every record kept. What a
+replay cannot know it does not promise: a clock that is worse than declared, a host that sends line
+data too late.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -24,8 +25,8 @@ from pixstep.lines.units import period_ticks, refuse_periods
 
 NAME = "beyond_guarantee"  # of what is found
 INTERVALS = 1.1  # of the shortest interval of several axes: at 1.05 some runs end in underruns
-# Chosen by what failed without them: 4 of 253 accepted sets of the campaign (seed 1002). A fast clock
-# needs the last one: its edges come into everything.
+# Chosen by what failed without them: 4 of 253 accepted sets of the campaign (seed 1002). A fast
+# clock needs the last one: its edges come into everything.
 _MARGINS, _FAST_HZ, _FAST_MARGIN = (1.1, 1.2), 2500, 1.35
 ADVICE = "beyond=True lets the board try"
 MOTIONS = ("constant", "smooth", "ramp")
