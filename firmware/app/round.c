@@ -171,9 +171,9 @@ static inline bool is_urgent(const struct axis *axis, uint8_t tail)
 {
     const struct stream *stream = &axis->feed.stream;
 
-    // Full marks keep the decoder from the next pixel.
+    // Full waypoints keep the decoder from the next pixel.
     return (uint8_t)(tail - stream->retired) >= ADVANCE_ENTRIES ||
-           stream_marks_full(stream) || room_may_be_free(axis, tail);
+           stream_waypoints_full(stream) || room_may_be_free(axis, tail);
 }
 
 // Advance the account of one axis after the other now and then, and out of turn where there is much

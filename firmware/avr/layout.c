@@ -108,21 +108,21 @@ void layout_stream(void)
     OFFSET(EVEN_PIXEL_RING, struct stream, ring);
     OFFSET(EVEN_PIXEL_HEAD, struct stream, head);
     OFFSET(EVEN_PIXEL_RETIRED, struct stream, retired);
-    OFFSET(EVEN_PIXEL_MARK_HEAD, struct stream, mark_head);
-    OFFSET(EVEN_PIXEL_MARK_PLACED, struct stream, mark_placed);
-    OFFSET(EVEN_PIXEL_MARK_TAIL, struct stream, mark_tail);
-    LAYOUT(EVEN_PIXEL_MARK_COUNT, STREAM_WAYPOINTS);
+    OFFSET(EVEN_PIXEL_WAYPOINT_HEAD, struct stream, waypoint_head);
+    OFFSET(EVEN_PIXEL_WAYPOINT_PLACED, struct stream, waypoint_placed);
+    OFFSET(EVEN_PIXEL_WAYPOINT_TAIL, struct stream, waypoint_tail);
+    LAYOUT(EVEN_PIXEL_WAYPOINT_COUNT, STREAM_WAYPOINTS);
     OFFSET(EVEN_PIXEL_PLAIN, struct stream, plain);
     OFFSET(EVEN_PIXEL_DELAY_TICKS, struct stream, delay_ticks);
     OFFSET(EVEN_PIXEL_END_TICKS, struct stream, end_ticks);
-    OFFSET(EVEN_PIXEL_MARKS, struct stream, waypoints);
+    OFFSET(EVEN_PIXEL_WAYPOINTS, struct stream, waypoints);
     LAYOUT(EVEN_PIXEL_LAG_MOST, STREAM_LAG_MOST);
 
-    OFFSET(EVEN_PIXEL_MARK_SLOT, struct waypoint, slot);
-    OFFSET(EVEN_PIXEL_MARK_WAY, struct waypoint, way);
-    OFFSET(EVEN_PIXEL_MARK_POSITION, struct waypoint, position);
-    OFFSET(EVEN_PIXEL_MARK_TICKS, struct waypoint, ticks_low);
-    LAYOUT(EVEN_PIXEL_MARK_BYTES, sizeof(struct waypoint));
+    OFFSET(EVEN_PIXEL_WAYPOINT_SLOT, struct waypoint, slot);
+    OFFSET(EVEN_PIXEL_WAYPOINT_WAY, struct waypoint, way);
+    OFFSET(EVEN_PIXEL_WAYPOINT_POSITION, struct waypoint, position);
+    OFFSET(EVEN_PIXEL_WAYPOINT_TICKS, struct waypoint, ticks_low);
+    LAYOUT(EVEN_PIXEL_WAYPOINT_BYTES, sizeof(struct waypoint));
     LAYOUT(EVEN_PIXEL_WAY_PLAIN, WAYPOINT_PLAIN);
 }
 

@@ -445,7 +445,7 @@ MEASURING time_pixels(uint8_t count, int16_t error_ticks, uint16_t every)
     ledger.pulse = true;
     ledger.position_steps = ORIGIN_STEPS;
     ledger.line_origin = ORIGIN_STEPS;
-    stream = (struct stream){.mark_placed = count};
+    stream = (struct stream){.waypoint_placed = count};
     for (uint8_t i = 0; i < count; i++) {
         stream.waypoints[i] = (struct waypoint){
             .slot = (uint8_t)(PIXEL_STEPS * (i + 1u)),
@@ -504,13 +504,13 @@ MEASURING time_even(uint8_t count, uint8_t steps, uint8_t more_ticks, bool run)
     line = (struct line){.queue = &queue, .edge_open = true};
     line.segment = (struct segment){.count = steps, .repeat = run ? count : 0};
     line_grid_start_exact(&line.edges, &period);
-    stream = (struct stream){.ring = &ring, .mark_head = 1};
+    stream = (struct stream){.ring = &ring, .waypoint_head = 1};
     uint16_t start = now();
     result = even_pixels_write(&line, &stream, false, UINT8_MAX);
     uint16_t end = now();
 
     TEST_ASSERT_EQUAL_UINT8(count * steps, stream.head);
-    TEST_ASSERT_EQUAL_UINT8(count, stream.mark_placed);
+    TEST_ASSERT_EQUAL_UINT8(count, stream.waypoint_placed);
     return (uint16_t)(end - start);
 }
 

@@ -39,7 +39,7 @@ static APART uint16_t edges_in(uint32_t ticks)
 }
 
 // A pixel is decoded when an edge has come that lies one edge and so many ticks before the pixel,
-// as far as the stream's marks go.
+// as far as the stream's waypoints go.
 static uint16_t edges_ahead(uint32_t lead_ticks, uint16_t divider)
 {
     uint16_t most = (uint16_t)(STREAM_WAYPOINTS * divider);

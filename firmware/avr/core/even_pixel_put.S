@@ -9,7 +9,7 @@
 ;     r20      scratch, then entries still to write             X         first interval, then the
 ;     r21      scratch, then the fraction that is carried                 next entry's low byte
 ;     r22      number of steps                                  Y         stream, then first slot
-;     r23      so many intervals are a tick longer              Z         a mark, then the next
+;     r23      so many intervals are a tick longer              Z         a waypoint, then the next
 ;                                                                         entry's high byte
 ;
 ; Cycles: 118 and 12 for each step, 14 for a longer one.
@@ -22,11 +22,11 @@
 #define STEPS     r22
 #define REMAINDER r23
 
-; Z = stream + the offset of mark `index` within the marks.
-.macro find_mark index
+; Z = stream + the offset of waypoint `index` within the waypoints.
+.macro find_waypoint index
     mov r30, \index
-    andi r30, EVEN_PIXEL_MARK_COUNT - 1
-    ldi r31, EVEN_PIXEL_MARK_BYTES
+    andi r30, EVEN_PIXEL_WAYPOINT_COUNT - 1
+    ldi r31, EVEN_PIXEL_WAYPOINT_BYTES
     mul r30, r31
     movw r30, r0
     clr r1
@@ -47,25 +47,25 @@ function even_pixel_put
     ldd STEPS, Z + EVEN_PIXEL_STEPS
     ldd REMAINDER, Z + EVEN_PIXEL_REMAINDER
 
-    ldd r26, Y + EVEN_PIXEL_MARK_HEAD   ; 20  the waypoint at the end of this pixel waits
-    find_mark r26
+    ldd r26, Y + EVEN_PIXEL_WAYPOINT_HEAD   ; 20  the waypoint at the end of this pixel waits
+    find_waypoint r26
     inc r26
-    std Y + EVEN_PIXEL_MARK_HEAD, r26
-    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_WAY, r1
-    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION, r20
-    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION + 1, r21
+    std Y + EVEN_PIXEL_WAYPOINT_HEAD, r26
+    std Z + EVEN_PIXEL_WAYPOINTS + EVEN_PIXEL_WAYPOINT_WAY, r1
+    std Z + EVEN_PIXEL_WAYPOINTS + EVEN_PIXEL_WAYPOINT_POSITION, r20
+    std Z + EVEN_PIXEL_WAYPOINTS + EVEN_PIXEL_WAYPOINT_POSITION + 1, r21
 
-    ldd r26, Y + EVEN_PIXEL_MARK_PLACED ; 19  the one before stands behind the first period
-    find_mark r26
+    ldd r26, Y + EVEN_PIXEL_WAYPOINT_PLACED ; 19  the one before stands behind the first period
+    find_waypoint r26
     inc r26
-    std Y + EVEN_PIXEL_MARK_PLACED, r26
+    std Y + EVEN_PIXEL_WAYPOINT_PLACED, r26
     ldd r20, Y + EVEN_PIXEL_HEAD
     inc r20
-    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_SLOT, r20
+    std Z + EVEN_PIXEL_WAYPOINTS + EVEN_PIXEL_WAYPOINT_SLOT, r20
     ldd r20, Y + EVEN_PIXEL_PLAIN       ; 10
-    ldd r21, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_WAY
+    ldd r21, Z + EVEN_PIXEL_WAYPOINTS + EVEN_PIXEL_WAYPOINT_WAY
     or r20, r21
-    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_WAY, r20
+    std Z + EVEN_PIXEL_WAYPOINTS + EVEN_PIXEL_WAYPOINT_WAY, r20
     ldi r20, EVEN_PIXEL_WAY_PLAIN
     std Y + EVEN_PIXEL_PLAIN, r20
     subi r18, 1                         ; 2
@@ -83,7 +83,7 @@ function even_pixel_put
     .else
     adc r20, r1
     .endif
-    std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS + \byte, r20
+    std Z + EVEN_PIXEL_WAYPOINTS + EVEN_PIXEL_WAYPOINT_TICKS + \byte, r20
     .endr
     .irp byte, 0, 1, 2, 3               ; 20  and of the end of the pixel
     ldd r21, Y + EVEN_PIXEL_END_TICKS + \byte

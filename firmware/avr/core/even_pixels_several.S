@@ -334,31 +334,31 @@ divided:
 ; number of longer ones r24, the position r19:r18.
     movw r8, r28                        ; 2
     movw r28, r16
-    ldd r26, Y + EVEN_PIXEL_MARK_HEAD   ; 18  its end's waypoint waits; the one before gets a slot
+    ldd r26, Y + EVEN_PIXEL_WAYPOINT_HEAD   ; 18  its end's waypoint waits; that before gets a slot
     mov r27, r26
     inc r27
-    std Y + EVEN_PIXEL_MARK_HEAD, r27
-    std Y + EVEN_PIXEL_MARK_PLACED, r26
+    std Y + EVEN_PIXEL_WAYPOINT_HEAD, r27
+    std Y + EVEN_PIXEL_WAYPOINT_PLACED, r26
     dec r26
-    andi r26, EVEN_PIXEL_MARK_COUNT - 1
-    ldi r27, EVEN_PIXEL_MARK_BYTES
+    andi r26, EVEN_PIXEL_WAYPOINT_COUNT - 1
+    ldi r27, EVEN_PIXEL_WAYPOINT_BYTES
     mul r26, r27
     movw r30, r0
     clr r1
     add r30, r28
     adc r31, r29
-    adiw r30, EVEN_PIXEL_MARKS
+    adiw r30, EVEN_PIXEL_WAYPOINTS
     bst r26, 0                          ; 3   T: it is the last one in memory
-    cpi r26, EVEN_PIXEL_MARK_COUNT - 1
+    cpi r26, EVEN_PIXEL_WAYPOINT_COUNT - 1
     breq 1f
     clt
 1:  ldd r25, Y + EVEN_PIXEL_HEAD        ; 5   behind the first period
     inc r25
-    std Z + EVEN_PIXEL_MARK_SLOT, r25
+    std Z + EVEN_PIXEL_WAYPOINT_SLOT, r25
     ldd r25, Y + EVEN_PIXEL_PLAIN       ; 10
-    ldd r26, Z + EVEN_PIXEL_MARK_WAY
+    ldd r26, Z + EVEN_PIXEL_WAYPOINT_WAY
     or r25, r26
-    std Z + EVEN_PIXEL_MARK_WAY, r25
+    std Z + EVEN_PIXEL_WAYPOINT_WAY, r25
     ldi r25, EVEN_PIXEL_WAY_PLAIN
     std Y + EVEN_PIXEL_PLAIN, r25
     movw r26, r20                       ; 4   which is a longer one if any is
@@ -367,24 +367,24 @@ divided:
     ldd r25, Y + EVEN_PIXEL_END_TICKS   ; 37  time there, and at the end of the pixel
     mov r0, r25
     add r25, r26
-    std Z + EVEN_PIXEL_MARK_TICKS, r25
+    std Z + EVEN_PIXEL_WAYPOINT_TICKS, r25
     ldd r26, Y + EVEN_PIXEL_END_TICKS + 1
     mov r25, r26
     adc r25, r27
-    std Z + EVEN_PIXEL_MARK_TICKS + 1, r25
+    std Z + EVEN_PIXEL_WAYPOINT_TICKS + 1, r25
     ldd r27, Y + EVEN_PIXEL_END_TICKS + 2
     mov r25, r27
     adc r25, r1
-    std Z + EVEN_PIXEL_MARK_TICKS + 2, r25
+    std Z + EVEN_PIXEL_WAYPOINT_TICKS + 2, r25
     ldd r25, Y + EVEN_PIXEL_END_TICKS + 3
     add_number r0, r26, r27, r25, r22, r23, TICKS2, r1
     store_plain EVEN_PIXEL_END_TICKS, r0, r26, r27, r25
     brtc 3f                             ; 10  its end's waypoint waits
-    subi r30, lo8(EVEN_PIXEL_MARK_COUNT * EVEN_PIXEL_MARK_BYTES)
-    sbci r31, hi8(EVEN_PIXEL_MARK_COUNT * EVEN_PIXEL_MARK_BYTES)
-3:  std Z + EVEN_PIXEL_MARK_BYTES + EVEN_PIXEL_MARK_WAY, r1
-    std Z + EVEN_PIXEL_MARK_BYTES + EVEN_PIXEL_MARK_POSITION, r18
-    std Z + EVEN_PIXEL_MARK_BYTES + EVEN_PIXEL_MARK_POSITION + 1, r19
+    subi r30, lo8(EVEN_PIXEL_WAYPOINT_COUNT * EVEN_PIXEL_WAYPOINT_BYTES)
+    sbci r31, hi8(EVEN_PIXEL_WAYPOINT_COUNT * EVEN_PIXEL_WAYPOINT_BYTES)
+3:  std Z + EVEN_PIXEL_WAYPOINT_BYTES + EVEN_PIXEL_WAYPOINT_WAY, r1
+    std Z + EVEN_PIXEL_WAYPOINT_BYTES + EVEN_PIXEL_WAYPOINT_POSITION, r18
+    std Z + EVEN_PIXEL_WAYPOINT_BYTES + EVEN_PIXEL_WAYPOINT_POSITION + 1, r19
 ; Its periods. The slot behind the last one reads empty, and the interrupt must not see the first
 ; one yet: its high byte is written last.
 ;

@@ -7,12 +7,12 @@
 
 ; Y is the ledger in all macros.
 
-; Z, the stream, becomes the place of mark r24 from there on (less EVEN_PIXEL_MARKS). r18 and
-; `scratch` are lost. 8 cycles.
-.macro find_mark scratch
+; Z, the stream, becomes the place of waypoint r24 from there on (less EVEN_PIXEL_WAYPOINTS). r18
+; and `scratch` are lost. 8 cycles.
+.macro find_waypoint scratch
     mov r18, r24
-    andi r18, EVEN_PIXEL_MARK_COUNT - 1
-    ldi \scratch, EVEN_PIXEL_MARK_BYTES
+    andi r18, EVEN_PIXEL_WAYPOINT_COUNT - 1
+    ldi \scratch, EVEN_PIXEL_WAYPOINT_BYTES
     mul r18, \scratch
     add r30, r0
     adc r31, r1
@@ -246,19 +246,19 @@ function ledger_pass_waypoints
     movw r16, r22
     mov TAIL, r20
 13: movw r30, r16                       ; 10  a waypoint that has its slot?
-    ldd r24, Z + EVEN_PIXEL_MARK_TAIL
-    ldd r25, Z + EVEN_PIXEL_MARK_PLACED
+    ldd r24, Z + EVEN_PIXEL_WAYPOINT_TAIL
+    ldd r25, Z + EVEN_PIXEL_WAYPOINT_PLACED
     ldd r20, Z + EVEN_PIXEL_RETIRED
     cp r24, r25
     breq 17b
     movw r26, r30                       ; 9
-    find_mark r25
-    ldd r19, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_WAY ; 6 by single periods alone,
+    find_waypoint r25
+    ldd r19, Z + EVEN_PIXEL_WAYPOINTS + EVEN_PIXEL_WAYPOINT_WAY ; 6 by single periods alone,
     mov r25, r19
     andi r25, EVEN_PIXEL_WAY_PLAIN
     cpi r25, EVEN_PIXEL_WAY_PLAIN
     brne 14b
-    ldd r21, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_SLOT ; 8 and passed?
+    ldd r21, Z + EVEN_PIXEL_WAYPOINTS + EVEN_PIXEL_WAYPOINT_SLOT ; 8 and passed?
     mov PERIODS, r21
     sub PERIODS, r20
     mov r0, TAIL
@@ -268,7 +268,7 @@ function ledger_pass_waypoints
 
     adiw r26, EVEN_PIXEL_RETIRED        ; 9
     st X, r21
-    adiw r26, EVEN_PIXEL_MARK_TAIL - EVEN_PIXEL_RETIRED
+    adiw r26, EVEN_PIXEL_WAYPOINT_TAIL - EVEN_PIXEL_RETIRED
     inc r24
     st X, r24
     movw r26, r16                       ; 28  time, of which the waypoint knows 24 bits
@@ -276,7 +276,7 @@ function ledger_pass_waypoints
     ldd r0, Y + LEDGER_LOADED + 2
     .irp byte, 0, 1, 2
     ld r25, X+
-    ldd r18, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_TICKS + \byte
+    ldd r18, Z + EVEN_PIXEL_WAYPOINTS + EVEN_PIXEL_WAYPOINT_TICKS + \byte
     .if \byte == 0
     add r18, r25
     .else
@@ -294,8 +294,8 @@ function ledger_pass_waypoints
     sbrc r19, 7                         ; 2   a place, no edge
     rjmp 18f
 #endif
-    ldd r18, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION ; 14
-    ldd r19, Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION + 1
+    ldd r18, Z + EVEN_PIXEL_WAYPOINTS + EVEN_PIXEL_WAYPOINT_POSITION ; 14
+    ldd r19, Z + EVEN_PIXEL_WAYPOINTS + EVEN_PIXEL_WAYPOINT_POSITION + 1
 #if SEVERAL_AXES
     count_periods
     write_record

@@ -142,10 +142,10 @@ static void ledger_begin_line(struct ledger *ledger, int32_t position_steps)
     records_reset(&ledger->records);
 }
 
-static void pass_marks(struct ledger *ledger, struct stream *stream)
+static void pass_waypoints(struct ledger *ledger, struct stream *stream)
 {
-    while (stream_has_mark(stream)) {
-        const struct waypoint *waypoint = stream_mark(stream);
+    while (stream_has_waypoint(stream)) {
+        const struct waypoint *waypoint = stream_waypoint(stream);
         uint8_t early = waypoint_early(waypoint);
 
         if (waypoint->slot != stream->retired || ledger->left > early) {
@@ -158,7 +158,7 @@ static void pass_marks(struct ledger *ledger, struct stream *stream)
         } else if (!SEVERAL_AXES || waypoint->way != WAYPOINT_PLACE) {
             ledger_begin_line(ledger, position_steps);
         }
-        stream_pass_mark(stream);
+        stream_pass_waypoint(stream);
     }
 }
 
@@ -256,20 +256,20 @@ static APART_LARGE void arrive_in_train(struct ledger *ledger,
 }
 
 // The rest of the train was cut off: close it. An edge in the rest of the entry is never passed;
-// what is left of the entry tells, and the marks of this slot were passed by that.
+// what is left of the entry tells, and the waypoints of this slot were passed by that.
 static APART_LARGE void cut_train(struct ledger *ledger, struct stream *stream)
 {
     BY_POINTER_SMALL(ledger);
     uint16_t loaded = ledger_train_loaded(ledger);
 
-    stream_forget_marks(stream);
+    stream_forget_waypoints(stream);
     ledger->position_steps = ledger_position(ledger);
     close_train(
         ledger, stream, loaded, stream_train_ticks(stream, ledger->train, loaded));
 }
 
 // The account has come to slot `retired`, where the interrupt reads next unless the account lags:
-// close a train that is over, and pass the marks of this slot.
+// close a train that is over, and pass the waypoints of this slot.
 static inline void ledger_arrive(struct ledger *ledger,
                                  struct stream *stream,
                                  const struct engine_sample *sample)
@@ -277,12 +277,12 @@ static inline void ledger_arrive(struct ledger *ledger,
     if (ledger->train != LEDGER_NO_TRAIN) {
         arrive_in_train(ledger, stream, sample);
     }
-    if (stream_mark_within(stream, 0)) {
-        pass_marks(ledger, stream);
+    if (stream_waypoint_within(stream, 0)) {
+        pass_waypoints(ledger, stream);
     }
 }
 
-// Account for a command, or for entries of a pulse train up to the interrupt or the next mark.
+// Account for a command, or for entries of a pulse train up to the interrupt or the next waypoint.
 static void take_special(struct ledger *ledger,
                          struct stream *stream,
                          uint8_t tail,

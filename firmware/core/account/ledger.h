@@ -58,7 +58,7 @@ static inline bool ledger_due(const struct ledger *ledger,
                behind >= LEDGER_LAG_ENTRIES) {
         return true; // a train that is over must become free
     }
-    return stream_mark_within(stream, behind);
+    return stream_waypoint_within(stream, behind);
 }
 
 // True when the account of an axis at rest is ahead of this sample, so that nothing can be placed

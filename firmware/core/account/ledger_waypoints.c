@@ -44,8 +44,8 @@ static void pass_time(struct ledger *ledger,
 
 bool ledger_pass_waypoints(struct ledger *ledger, struct stream *stream, uint8_t tail)
 {
-    while (stream_has_mark(stream) && waypoint_is_plain(stream_mark(stream))) {
-        const struct waypoint *waypoint = stream_mark(stream);
+    while (stream_has_waypoint(stream) && waypoint_is_plain(stream_waypoint(stream))) {
+        const struct waypoint *waypoint = stream_waypoint(stream);
         uint8_t count = (uint8_t)(waypoint->slot - stream->retired);
 
         if ((uint8_t)(tail - stream->retired) < count) {
@@ -57,7 +57,7 @@ bool ledger_pass_waypoints(struct ledger *ledger, struct stream *stream, uint8_t
         if (waypoint->way == WAYPOINT_PLAIN) {
             ledger_pass_edge(ledger, ledger->position_steps, waypoint->position);
         }
-        stream_pass_mark(stream);
+        stream_pass_waypoint(stream);
     }
     return stream_on_plain_way(stream, tail);
 }

@@ -70,11 +70,11 @@ APART_LARGE uint32_t decode_ahead_ticks(const struct axis *axis)
     return ahead;
 }
 
-// True when no piece may be begun for now: no mark is left, a seek is decoded far enough ahead, or
-// a locked line waits for edges of the clock.
+// True when no piece may be begun for now: no waypoint is left, a seek is decoded far enough ahead,
+// or a locked line waits for edges of the clock.
 static bool no_more_pieces(const struct axis *axis)
 {
-    return stream_marks_full(&axis->feed.stream) || line_is_early(&axis->line) ||
+    return stream_waypoints_full(&axis->feed.stream) || line_is_early(&axis->line) ||
            (axis->line.seek && decode_ahead_ticks(axis) > SEEK_AHEAD_TICKS);
 }
 
@@ -363,8 +363,8 @@ static inline uint8_t singles_batch(const struct stream *stream, const struct wa
     return count;
 }
 
-// Write more of a pixel whose steps are entries, and the mark at its end. Returns what it cost of a
-// round's budget.
+// Write more of a pixel whose steps are entries, and the waypoint at its end. Returns what it cost
+// of a round's budget.
 static uint8_t decode_pixel_singles(struct axis *axis, uint8_t budget)
 {
     struct stream *stream = &axis->feed.stream;
@@ -377,7 +377,7 @@ static uint8_t decode_pixel_singles(struct axis *axis, uint8_t budget)
         (void)train_pixel_singles(&walk->steps.even, stream, count);
         walk->until = (uint16_t)(walk->until - count);
         if (walk->until == 0) {
-            stream_add_mark(stream, false, (uint16_t)axis->line.position);
+            stream_add_waypoint(stream, false, (uint16_t)axis->line.position);
             axis->phase = DECODE_PIECE;
         }
         uint8_t cost = SINGLES_COST(count);
@@ -396,7 +396,7 @@ static inline bool at_whole_pixel(const struct axis *axis)
     const struct feed *feed = &axis->feed;
 
     return axis->phase == DECODE_PIECE && feed_steady(feed, feed->negative) &&
-           feed->pulse && stream_one_mark_waits(&feed->stream) &&
+           feed->pulse && stream_one_waypoint_waits(&feed->stream) &&
            line_on_pixels(&axis->line);
 }
 
@@ -522,8 +522,8 @@ static inline bool next_pixel_waits(const struct axis *axis)
     const struct stream *stream = &axis->feed.stream;
 
     return SEVERAL_AXES && (axis->line.room > stream_space(stream) ||
-                            (axis->phase == DECODE_PIECE && stream_marks_full(stream) &&
-                             !feed_busy(&axis->feed)));
+                            (axis->phase == DECODE_PIECE &&
+                             stream_waypoints_full(stream) && !feed_busy(&axis->feed)));
 }
 
 // Decode whatever comes next. Returns what is left of the budget.

@@ -104,7 +104,7 @@ APART uint8_t curved_pixel_write(struct line *line,
     uint16_t end_speed = (uint16_t)(2u * steps - line->speed);
     bool faster = end_speed > line->speed;
 
-    if (steps == 0 || steps > CURVED_PIXEL_MAX_STEPS || stream_marks_full(stream)) {
+    if (steps == 0 || steps > CURVED_PIXEL_MAX_STEPS || stream_waypoints_full(stream)) {
         return 0;
     }
     if (steps > stream_space(stream)) {

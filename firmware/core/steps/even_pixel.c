@@ -106,7 +106,7 @@ static void write_periods(const struct even_rate *rate,
     ring->high[first] = first_high;
 }
 
-// Append the pixel, and a mark at its end.
+// Append the pixel, and a waypoint at its end.
 static void even_pixel_put(struct stream *stream,
                            const struct even_rate *rate,
                            uint32_t ticks,
@@ -129,7 +129,7 @@ static inline uint8_t write_pixel(struct line *line,
                                   uint8_t steps,
                                   bool negative)
 {
-    if (stream_marks_full(stream)) {
+    if (stream_waypoints_full(stream)) {
         return EVEN_PIXEL_WAITS;
     }
     if (steps > stream_space(stream)) {

@@ -35,16 +35,16 @@ struct even_rate;
 #define EVEN_PIXEL_COST 10u
 
 // Write the line's next pixels as long as each is one of few even steps in the direction of the
-// steps before it, and as budget, ring and marks allow. Returns what they cost of a round's budget;
-// 0: the next one is something else, EVEN_PIXEL_WAITS: it has no room now. Only when the newest
-// step lies at the line's place, its period is still to be written, and one mark waits for that
-// period.
+// steps before it, and as budget, ring and waypoints allow. Returns what they cost of a round's
+// budget; 0: the next one is something else, EVEN_PIXEL_WAITS: it has no room now. Only when the
+// newest step lies at the line's place, its period is still to be written, and one waypoint waits
+// for that period.
 uint8_t even_pixels_write(struct line *line,
                           struct stream *stream,
                           bool negative,
                           uint8_t budget);
 
-// Result of even_pixels_write(): the ring or the marks have no room for the next pixel.
+// Result of even_pixels_write(): the ring or the waypoints have no room for the next pixel.
 #define EVEN_PIXEL_WAITS 0xFFu
 
 // The interval of a pixel of this many steps and ticks. Returns false when the intervals are too

@@ -59,8 +59,8 @@ uint32_t train_pixel_singles(struct even *even, struct stream *stream, uint8_t c
 
 #endif
 
-// Write the steps in front of the train; the mark that waits is placed behind the first of them.
-// Returns their ticks.
+// Write the steps in front of the train; the waypoint that waits is placed behind the first of
+// them. Returns their ticks.
 static uint32_t put_stagger(struct even *even, struct stream *stream, uint8_t stagger)
 {
     uint16_t first_ticks = (uint16_t)even_next(even);
@@ -114,7 +114,7 @@ APART enum train_pixel train_pixel_write(struct line *line,
     uint16_t steps = line_many_steps(line, negative);
 
     // Where a train has less room than the longest needs, it is written in parts, as a piece is.
-    if (steps <= EVEN_PIXEL_MAX_STEPS || stream_marks_full(stream) ||
+    if (steps <= EVEN_PIXEL_MAX_STEPS || stream_waypoints_full(stream) ||
         stream_space(stream) < MAX_ENTRIES) {
         return TRAIN_PIXEL_OTHER;
     }
@@ -136,7 +136,7 @@ APART enum train_pixel train_pixel_write(struct line *line,
     line->speed = steps;
     line_pass_even(line, (int16_t)(negative ? -(int16_t)steps : (int16_t)steps));
     if (made == TRAIN_PIXEL_DONE) {
-        stream_add_mark(stream, false, (uint16_t)line->position);
+        stream_add_waypoint(stream, false, (uint16_t)line->position);
     }
     return made;
 }

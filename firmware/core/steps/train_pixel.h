@@ -44,7 +44,7 @@ enum train_pixel {
     // The pixel must wait until one of the two trains is free.
     TRAIN_PIXEL_WAITS,
     // No train can make it: its first step is written. train_pixel_singles() is to write the
-    // others, and a mark must follow.
+    // others, and a waypoint must follow.
     TRAIN_PIXEL_SINGLES,
 };
 
@@ -59,5 +59,5 @@ enum train_pixel train_pixel_write(struct line *line,
                                    uint8_t stagger);
 
 // Append the next `count` of evenly spaced steps, each of them an entry, and pass them in *even.
-// Their intervals must fit 16 bits, and no mark may wait. Returns their ticks.
+// Their intervals must fit 16 bits, and no waypoint may wait. Returns their ticks.
 uint32_t train_pixel_singles(struct even *even, struct stream *stream, uint8_t count);

@@ -131,7 +131,7 @@ static void merge_first_interval(struct feed *feed)
 APART_LARGE void feed_make_room(struct feed *feed, bool waits)
 {
     BY_POINTER_SMALL(feed);
-    if (!waits && !stream_marks_full(&feed->stream)) {
+    if (!waits && !stream_waypoints_full(&feed->stream)) {
         return;
     }
     feed->merge = false;
@@ -158,7 +158,7 @@ void feed_pump(struct feed *feed)
     }
     merge_first_interval(feed);
     put_interval(feed);
-    stream_place_marks(&feed->stream, 0);
+    stream_place_waypoints(&feed->stream, 0);
     feed->lead = true;
     feed->step_due = false;
 }
@@ -182,9 +182,9 @@ void feed_quiet(struct feed *feed, uint32_t ticks)
 void feed_mark_here(struct feed *feed, bool line_start, int16_t position)
 {
     BY_POINTER_SMALL(feed);
-    stream_add_mark(&feed->stream, line_start, (uint16_t)position);
+    stream_add_waypoint(&feed->stream, line_start, (uint16_t)position);
     if (!feed->lead) {
-        stream_place_marks(&feed->stream, 0);
+        stream_place_waypoints(&feed->stream, 0);
     }
 }
 
@@ -198,7 +198,7 @@ APART void feed_end(struct feed *feed)
         }
         put_chunk(feed, (uint16_t)feed->pending_ticks);
     }
-    stream_place_marks(&feed->stream, 0);
+    stream_place_waypoints(&feed->stream, 0);
     stream_put_command(&feed->stream, STEP_COMMAND_END);
     feed->pulse = false;
 }

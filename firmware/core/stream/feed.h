@@ -85,7 +85,7 @@ void feed_step(struct feed *feed, uint32_t interval_ticks, bool negative);
 static inline bool feed_plain(const struct feed *feed, bool negative)
 {
     return feed->lead && feed->pulse && feed->pending_ticks == 0 &&
-           negative == feed->negative && !stream_mark_waits(&feed->stream);
+           negative == feed->negative && !stream_waypoint_waits(&feed->stream);
 }
 
 // True when steps in this direction may be handed over as a pulse train.
@@ -105,9 +105,9 @@ void feed_quiet(struct feed *feed, uint32_t ticks);
 // space.
 void feed_pump(struct feed *feed);
 
-// After a mark. When the mark was the last that fits, or when what follows must wait for the clock,
-// the time of zero pixels that is not written yet must not wait for more of them: all of it except
-// what a reversal needs becomes periods of its own.
+// After a waypoint. When the waypoint was the last that fits, or when what follows must wait for
+// the clock, the time of zero pixels that is not written yet must not wait for more of them: all of
+// it except what a reversal needs becomes periods of its own.
 void feed_make_room(struct feed *feed, bool waits);
 
 // True when time or a step is pending that feed_pump() must write first; feed_step() and feed_end()
@@ -118,7 +118,7 @@ static inline bool feed_busy(const struct feed *feed)
 }
 
 // Place a pixel edge or a line start behind everything fed so far. position: expected position at
-// the edge, signed steps of the line. Only when stream_marks_full() is false.
+// the edge, signed steps of the line. Only when stream_waypoints_full() is false.
 void feed_mark_here(struct feed *feed, bool line_start, int16_t position);
 
 // The line is over, and nothing follows it without a gap: write the last step's period and the end

@@ -15,9 +15,9 @@ APART void stream_reset(struct stream *stream, uint8_t slot, uint32_t end_ticks)
 {
     stream->head = slot;
     stream->retired = slot;
-    stream->mark_head = 0;
-    stream->mark_placed = 0;
-    stream->mark_tail = 0;
+    stream->waypoint_head = 0;
+    stream->waypoint_placed = 0;
+    stream->waypoint_tail = 0;
     stream->plain = 0;
     stream->end_ticks = end_ticks;
     stream->delay_ticks = 0;
@@ -30,7 +30,7 @@ APART void stream_reset(struct stream *stream, uint8_t slot, uint32_t end_ticks)
 static struct waypoint *place_next(struct stream *stream, uint8_t slot, uint32_t ticks)
 {
     struct waypoint *waypoint =
-        &stream->waypoints[stream->mark_placed++ & (STREAM_WAYPOINTS - 1u)];
+        &stream->waypoints[stream->waypoint_placed++ & (STREAM_WAYPOINTS - 1u)];
 
     waypoint->slot = slot;
     waypoint_set_ticks(waypoint, ticks);
@@ -43,17 +43,17 @@ static void note_place(struct stream *stream, uint8_t from)
 {
     if (SEVERAL_AXES && stream->plain != 0 &&
         (uint8_t)(stream->head - from) >= PLACE_PERIODS &&
-        (uint8_t)(stream->mark_head - stream->mark_tail) < PLACE_WAYPOINTS) {
-        stream->mark_head++;
+        (uint8_t)(stream->waypoint_head - stream->waypoint_tail) < PLACE_WAYPOINTS) {
+        stream->waypoint_head++;
         place_next(stream, stream->head, stream->end_ticks)->way = WAYPOINT_PLACE;
     }
 }
 
 void stream_add_periods(struct stream *stream, uint8_t count, uint32_t ticks)
 {
-    uint8_t newest = (uint8_t)(stream->mark_placed - 1u) & (STREAM_WAYPOINTS - 1u);
+    uint8_t newest = (uint8_t)(stream->waypoint_placed - 1u) & (STREAM_WAYPOINTS - 1u);
     uint8_t from =
-        stream_has_mark(stream) ? stream->waypoints[newest].slot : stream->retired;
+        stream_has_waypoint(stream) ? stream->waypoints[newest].slot : stream->retired;
 
     stream->head = (uint8_t)(stream->head + count);
     stream->end_ticks += ticks;
@@ -64,7 +64,7 @@ void stream_put_period(struct stream *stream, uint16_t ticks)
 {
     stream->head = stream_write(stream->ring, stream->head, ticks);
     stream->end_ticks += ticks;
-    stream_place_marks(stream, 0);
+    stream_place_waypoints(stream, 0);
 }
 
 // Append an entry that is no period. It is stored like a period whose high byte says so.
@@ -120,7 +120,7 @@ static inline void put_train(struct stream *stream,
         // The sign of the number of steps tells which train.
         uint8_t low = train == 0 ? now : (uint8_t)-now;
         put_entry(stream, (uint16_t)((uint16_t)STEP_HIGH_TRAIN << 8 | low));
-        stream_place_marks(stream, (uint8_t)(now - 1u));
+        stream_place_waypoints(stream, (uint8_t)(now - 1u));
         steps = (uint16_t)(steps - now);
     }
     stream->end_ticks += ticks;
@@ -154,10 +154,10 @@ uint8_t stream_reserve(struct stream *stream, uint8_t count)
     return slot;
 }
 
-void stream_add_mark(struct stream *stream, bool line_start, uint16_t position)
+void stream_add_waypoint(struct stream *stream, bool line_start, uint16_t position)
 {
     struct waypoint *waypoint =
-        &stream->waypoints[stream->mark_head++ & (STREAM_WAYPOINTS - 1u)];
+        &stream->waypoints[stream->waypoint_head++ & (STREAM_WAYPOINTS - 1u)];
 
     waypoint->way = 0;
     waypoint->position = position;
@@ -167,9 +167,9 @@ void stream_add_mark(struct stream *stream, bool line_start, uint16_t position)
     }
 }
 
-void stream_place_marks(struct stream *stream, uint8_t early)
+void stream_place_waypoints(struct stream *stream, uint8_t early)
 {
-    while (stream_mark_waits(stream)) {
+    while (stream_waypoint_waits(stream)) {
         struct waypoint *waypoint = place_next(stream, stream->head, stream->end_ticks);
 
         if (waypoint->way == 0) {
@@ -194,7 +194,7 @@ void stream_put_pixel(struct stream *stream,
     stream->head = (uint8_t)(stream->head + steps);
     stream->ring->high[stream->head] = STEP_HIGH_EMPTY;
     stream->end_ticks += ticks;
-    stream_add_mark(stream, false, position);
+    stream_add_waypoint(stream, false, position);
 }
 
 // The sooner one of two slots, seen from the reader's end.
@@ -208,8 +208,9 @@ static uint8_t sooner(const struct stream *stream, uint8_t one, uint8_t other)
 // Where the reader has to stop on its way to slot `tail`: at the next waypoint, or there.
 static uint8_t next_stop(const struct stream *stream, uint8_t tail)
 {
-    return stream_has_mark(stream) ? sooner(stream, stream_mark(stream)->slot, tail)
-                                   : tail;
+    return stream_has_waypoint(stream)
+               ? sooner(stream, stream_waypoint(stream)->slot, tail)
+               : tail;
 }
 
 uint8_t stream_pass_periods(struct stream *stream, uint8_t tail, uint32_t *ticks)

@@ -83,9 +83,9 @@ struct stream {
     uint8_t retired;
     // The train that was written last, 0 or 1.
     uint8_t newest_train;
-    uint8_t mark_head;   // writer: next to write (free running)
-    uint8_t mark_placed; // writer: waypoints before this one have their slot
-    uint8_t mark_tail;   // reader: next to pass
+    uint8_t waypoint_head;   // writer: next to write (free running)
+    uint8_t waypoint_placed; // writer: waypoints before this one have their slot
+    uint8_t waypoint_tail;   // reader: next to pass
     // Writer: WAYPOINT_PLAIN if single periods alone were written since the newest waypoint that
     // has its slot, else 0.
     uint8_t plain;
@@ -161,15 +161,15 @@ static inline void stream_publish_batch(struct stream *stream,
     stream_add_periods(stream, count, ticks);
 }
 
-// Append one period. Marks that waited for this period are placed after it.
+// Append one period. Waypoints that waited for this period are placed after it.
 void stream_put_period(struct stream *stream, uint16_t ticks);
 
 // Append `steps` single periods, `ticks` long together, the first one first_ticks long, that stand
-// in the ring from the head on, and a mark that waits for its place behind the period to come. Only
-// when one mark waits now: that one is placed behind the first period. The caller shows the periods
-// to the interrupt by the high byte of the first.
+// in the ring from the head on, and a waypoint that waits for its place behind the period to come.
+// Only when one waypoint waits now: that one is placed behind the first period. The caller shows
+// the periods to the interrupt by the high byte of the first.
 //
-//     marks        M1 waits            M2 waits         M1: behind one period of this pixel
+//     waypoints    W1 waits            W2 waits         W1: behind one period of this pixel
 //     periods      | first |  ...  | last |
 void stream_put_pixel(struct stream *stream,
                       uint8_t steps,
@@ -215,9 +215,9 @@ static inline bool stream_fits_train(const struct stream *stream, const struct e
 }
 
 // Append the next `steps` of evenly spaced steps as a pulse train, and pass them in *even. Only
-// when stream_train_free() and stream_fits_train(). Marks that waited for the period that carries
-// the edge of the step before the train are placed behind the train's first period. Returns the
-// train's ticks.
+// when stream_train_free() and stream_fits_train(). Waypoints that waited for the period that
+// carries the edge of the step before the train are placed behind the train's first period. Returns
+// the train's ticks.
 uint32_t stream_put_train(struct stream *stream, struct even *even, uint16_t steps);
 
 // stream_put_train() for all steps that are left in *even, which the caller knows to be `ticks`
@@ -231,42 +231,43 @@ void stream_put_rest(struct stream *stream,
 // what follows. Returns that slot.
 uint8_t stream_reserve(struct stream *stream, uint8_t count);
 
-// True when no further mark fits until the reader passes one.
-static inline bool stream_marks_full(const struct stream *stream)
+// True when no further waypoint fits until the reader passes one.
+static inline bool stream_waypoints_full(const struct stream *stream)
 {
-    return (uint8_t)(stream->mark_head - stream->mark_tail) >= STREAM_WAYPOINTS - 1u;
+    return (uint8_t)(stream->waypoint_head - stream->waypoint_tail) >=
+           STREAM_WAYPOINTS - 1u;
 }
 
-// True when a mark waits for its place.
-static inline bool stream_mark_waits(const struct stream *stream)
+// True when a waypoint waits for its place.
+static inline bool stream_waypoint_waits(const struct stream *stream)
 {
-    return stream->mark_placed != stream->mark_head;
+    return stream->waypoint_placed != stream->waypoint_head;
 }
 
-// True when exactly one mark waits for its place.
-static inline bool stream_one_mark_waits(const struct stream *stream)
+// True when exactly one waypoint waits for its place.
+static inline bool stream_one_waypoint_waits(const struct stream *stream)
 {
-    return (uint8_t)(stream->mark_placed + 1u) == stream->mark_head;
+    return (uint8_t)(stream->waypoint_placed + 1u) == stream->waypoint_head;
 }
 
-// Append a mark that waits for its place. Only when stream_marks_full() is false.
-void stream_add_mark(struct stream *stream, bool line_start, uint16_t position);
+// Append a waypoint that waits for its place. Only when stream_waypoints_full() is false.
+void stream_add_waypoint(struct stream *stream, bool line_start, uint16_t position);
 
-// Give every waiting mark its place behind the newest entry, `early` periods before its end.
-void stream_place_marks(struct stream *stream, uint8_t early);
+// Give every waiting waypoint its place behind the newest entry, `early` periods before its end.
+void stream_place_waypoints(struct stream *stream, uint8_t early);
 
 // The reader's end. `tail` is where the interrupt reads next; the reader never goes beyond it.
 
-// True when there is a mark that has its place.
-static inline bool stream_has_mark(const struct stream *stream)
+// True when there is a waypoint that has its place.
+static inline bool stream_has_waypoint(const struct stream *stream)
 {
-    return stream->mark_tail != stream->mark_placed;
+    return stream->waypoint_tail != stream->waypoint_placed;
 }
 
-// The oldest of these marks, if there is one.
-static inline const struct waypoint *stream_mark(const struct stream *stream)
+// The oldest of these waypoints, if there is one.
+static inline const struct waypoint *stream_waypoint(const struct stream *stream)
 {
-    return &stream->waypoints[stream->mark_tail & (STREAM_WAYPOINTS - 1u)];
+    return &stream->waypoints[stream->waypoint_tail & (STREAM_WAYPOINTS - 1u)];
 }
 
 // Single periods alone lead to this waypoint.
@@ -281,24 +282,24 @@ static inline uint8_t waypoint_early(const struct waypoint *waypoint)
     return waypoint_is_plain(waypoint) ? 0 : waypoint->way & WAYPOINT_PLAIN;
 }
 
-// True when the oldest mark's slot is at most `count` entries ahead of the reader; 0: the reader
-// has come to that slot.
-static inline bool stream_mark_within(const struct stream *stream, uint8_t count)
+// True when the oldest waypoint's slot is at most `count` entries ahead of the reader; 0: the
+// reader has come to that slot.
+static inline bool stream_waypoint_within(const struct stream *stream, uint8_t count)
 {
-    return stream_has_mark(stream) &&
-           (uint8_t)(stream_mark(stream)->slot - stream->retired) <= count;
+    return stream_has_waypoint(stream) &&
+           (uint8_t)(stream_waypoint(stream)->slot - stream->retired) <= count;
 }
 
-// What the marks stand for is not reached any more.
-static inline void stream_forget_marks(struct stream *stream)
+// What the waypoints stand for is not reached any more.
+static inline void stream_forget_waypoints(struct stream *stream)
 {
-    stream->mark_tail = stream->mark_placed;
+    stream->waypoint_tail = stream->waypoint_placed;
 }
 
 // True when single periods were written behind the newest waypoint, and the reader has passed that.
 static inline bool stream_is_open(const struct stream *stream)
 {
-    return !stream_has_mark(stream) && stream->plain != 0;
+    return !stream_has_waypoint(stream) && stream->plain != 0;
 }
 
 // True when the interrupt, which reads slot `tail` next, is on its way from the reader to a
@@ -310,18 +311,18 @@ static inline bool stream_on_plain_way(const struct stream *stream, uint8_t tail
     if (made >= STREAM_LAG_MOST) {
         return false;
     }
-    if (!stream_has_mark(stream)) {
+    if (!stream_has_waypoint(stream)) {
         return stream->plain != 0;
     }
-    const struct waypoint *next = stream_mark(stream);
+    const struct waypoint *next = stream_waypoint(stream);
 
     return waypoint_is_plain(next) && made < (uint8_t)(next->slot - stream->retired);
 }
 
-// The oldest mark was passed.
-static inline void stream_pass_mark(struct stream *stream)
+// The oldest waypoint was passed.
+static inline void stream_pass_waypoint(struct stream *stream)
 {
-    stream->mark_tail++;
+    stream->waypoint_tail++;
 }
 
 // Kind of the next entry: STEP_HIGH_TRAIN, STEP_HIGH_COMMAND, or less for a single period. Only
@@ -337,8 +338,8 @@ static inline uint8_t stream_pass_entry(struct stream *stream)
     return stream->ring->low[stream->retired++];
 }
 
-// Pass more entries of this train (0 or 1), up to slot `tail` or the next mark. Returns the number
-// of their steps.
+// Pass more entries of this train (0 or 1), up to slot `tail` or the next waypoint. Returns the
+// number of their steps.
 uint16_t stream_pass_train(struct stream *stream, uint8_t train, uint8_t tail);
 
 // Pass single periods up to slot `tail`, the next waypoint or an entry of another kind. Returns the

@@ -324,7 +324,7 @@ static void ring_wraps_many_times(void)
     TEST_ASSERT_EQUAL_UINT32(60, ledger.pixel);
 }
 
-// The mark at its end has no place yet: who does not need the middle of the pixel waits for it.
+// The waypoint at its end has no place yet: who does not need the middle of the pixel waits for it.
 static void the_pixel_written_last_stays_whole(void)
 {
     begin_line();

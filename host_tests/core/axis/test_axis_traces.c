@@ -48,10 +48,10 @@ void tearDown(void)
 
 static void see_marks(const struct stream *stream)
 {
-    for (uint8_t m = stream->mark_tail; m != stream->mark_head; m++) {
+    for (uint8_t m = stream->waypoint_tail; m != stream->waypoint_head; m++) {
         const struct waypoint *mark = &stream->waypoints[m & (STREAM_WAYPOINTS - 1u)];
         // A mark that waits has no slot yet.
-        bool waits = (uint8_t)(m - stream->mark_placed) < STREAM_WAYPOINTS;
+        bool waits = (uint8_t)(m - stream->waypoint_placed) < STREAM_WAYPOINTS;
         trace(waits ? 0 : mark->slot);
         trace(mark->way);
         trace(mark->way < WAYPOINT_START ? mark->position : 0);
@@ -145,7 +145,7 @@ static void follow(void)
 
     trace(ledger_due(ledger, stream, &sample));
     // Full marks keep the decoder from the next pixel.
-    switch (stream_marks_full(stream) ? 2u : chance_between(0, 11)) {
+    switch (stream_waypoints_full(stream) ? 2u : chance_between(0, 11)) {
     case 0:
         ledger_advance(ledger, stream, &sample, LEDGER_EXACTLY);
         see_periods();

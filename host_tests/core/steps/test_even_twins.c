@@ -190,14 +190,15 @@ static void choose_stream(struct stream *stream)
     stream->head = (uint8_t)chance();
     stream->retired =
         (uint8_t)(stream->head - (once_in(2) ? chance_between(100, 252) : small(100)));
-    stream->mark_head = (uint8_t)chance();
-    stream->mark_placed = (uint8_t)(stream->mark_head - 1u);
-    stream->mark_tail = (uint8_t)(stream->mark_head - chance_between(1, 15));
+    stream->waypoint_head = (uint8_t)chance();
+    stream->waypoint_placed = (uint8_t)(stream->waypoint_head - 1u);
+    stream->waypoint_tail = (uint8_t)(stream->waypoint_head - chance_between(1, 15));
     stream->plain = once_in(3) ? 0 : WAYPOINT_PLAIN;
     // The waypoint that waits; a line's start is reached entry by entry.
-    stream->waypoints[stream->mark_placed & (STREAM_WAYPOINTS - 1u)] = (struct waypoint){
-        .position = (uint16_t)chance(),
-        .way = stream->plain == 0 && once_in(2) ? WAYPOINT_START : 0,
+    stream->waypoints[stream->waypoint_placed & (STREAM_WAYPOINTS - 1u)] =
+        (struct waypoint){
+            .position = (uint16_t)chance(),
+            .way = stream->plain == 0 && once_in(2) ? WAYPOINT_START : 0,
     };
     stream->end_ticks = chance();
 }
@@ -277,14 +278,15 @@ static uint32_t ring_ticks(uint8_t from, uint8_t to)
 static void read_some(void)
 {
     uint8_t passed = small(120);
-    uint8_t marks = small(3);
+    uint8_t waypoints = small(3);
 
     for (uint8_t i = 0; i < 2u; i++) {
         struct stream *stream = &parts[i]->stream;
         stream->retired =
             (uint8_t)(stream->retired + (passed < stream_used(stream) ? passed : 0u));
-        uint8_t most = (uint8_t)(stream->mark_placed - stream->mark_tail);
-        stream->mark_tail = (uint8_t)(stream->mark_tail + (marks < most ? marks : 0u));
+        uint8_t most = (uint8_t)(stream->waypoint_placed - stream->waypoint_tail);
+        stream->waypoint_tail =
+            (uint8_t)(stream->waypoint_tail + (waypoints < most ? waypoints : 0u));
     }
 }
 

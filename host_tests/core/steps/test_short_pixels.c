@@ -19,7 +19,7 @@
 static int16_t counts[PIXELS + 1u];
 static uint8_t pixels;
 static uint16_t speeds[PIXELS + 2u]; // of smooth lines, at the pixels' edges
-static uint8_t seen_marks;
+static uint8_t seen_waypoints;
 static uint8_t whole_pixels;
 static uint32_t starts[3]; // of the newest loaded periods, the newest first
 static int32_t steps_loaded;
@@ -169,8 +169,9 @@ static void count_whole_pixels(void)
 {
     const struct stream *stream = &bench.axis.feed.stream;
 
-    for (; seen_marks != stream->mark_placed; seen_marks++) {
-        if (waypoint_is_plain(&stream->waypoints[seen_marks & (STREAM_WAYPOINTS - 1u)])) {
+    for (; seen_waypoints != stream->waypoint_placed; seen_waypoints++) {
+        if (waypoint_is_plain(
+                &stream->waypoints[seen_waypoints & (STREAM_WAYPOINTS - 1u)])) {
             whole_pixels++;
         }
     }
@@ -235,7 +236,7 @@ static void begin_line(void)
 {
     starts[0] = bench.now_ticks - STEP_IDLE_TICKS;
     starts[1] = starts[0] - STEP_IDLE_TICKS;
-    seen_marks = 0;
+    seen_waypoints = 0;
     whole_pixels = 0;
     steps_loaded = 0;
     lags = 0;
@@ -694,7 +695,7 @@ static void write_behind(uint32_t end_ticks, uint8_t taken)
     line = (struct line){.queue = &queue, .edge_open = true};
     line.segment = (struct segment){.count = 20};
     line_grid_start_exact(&line.edges, &period);
-    stream = (struct stream){.ring = &ring, .mark_head = 1, .end_ticks = end_ticks};
+    stream = (struct stream){.ring = &ring, .waypoint_head = 1, .end_ticks = end_ticks};
     stream.head = taken;
     (void)even_pixels_write(&line, &stream, false, UINT8_MAX);
 }

@@ -254,8 +254,8 @@ static void direction_changes_inside_the_interval(void)
     check_reversal_between(1000000uL);
 }
 
-// Zero pixels fill the marks between two steps that go opposite ways: the direction has its hold
-// and set-up time on both sides, whether their time is written early or not.
+// Zero pixels fill the waypoints between two steps that go opposite ways: the direction has its
+// hold and set-up time on both sides, whether their time is written early or not.
 static void check_reversal_behind_zero_pixels(uint16_t needed_ticks, bool written_early)
 {
     const uint32_t pixel_ticks = 1500;
@@ -267,7 +267,7 @@ static void check_reversal_behind_zero_pixels(uint16_t needed_ticks, bool writte
     step(2000, false);
     (void)release();
     uint8_t head = feed.stream.head;
-    while (!stream_marks_full(&feed.stream)) {
+    while (!stream_waypoints_full(&feed.stream)) {
         feed_quiet(&feed, pixel_ticks);
         pump();
         feed_mark_here(&feed, false, 0);

@@ -87,17 +87,17 @@ static uint8_t pass(uint8_t tail)
     return count;
 }
 
-static void check_mark(bool line_start, uint8_t early, uint16_t position)
+static void check_waypoint(bool line_start, uint8_t early, uint16_t position)
 {
-    const struct waypoint *mark = stream_mark(&stream);
+    const struct waypoint *waypoint = stream_waypoint(&stream);
 
-    if (!stream_has_mark(&stream)) {
-        TEST_FAIL_MESSAGE("no mark");
+    if (!stream_has_waypoint(&stream)) {
+        TEST_FAIL_MESSAGE("no waypoint");
         return;
     }
-    TEST_ASSERT_EQUAL(line_start, mark->way >= WAYPOINT_START);
-    TEST_ASSERT_EQUAL_UINT8(early, waypoint_early(mark));
-    TEST_ASSERT_EQUAL_UINT16(position, mark->position);
+    TEST_ASSERT_EQUAL(line_start, waypoint->way >= WAYPOINT_START);
+    TEST_ASSERT_EQUAL_UINT8(early, waypoint_early(waypoint));
+    TEST_ASSERT_EQUAL_UINT16(position, waypoint->position);
 }
 
 static void new_stream_is_empty(void)
@@ -106,7 +106,7 @@ static void new_stream_is_empty(void)
     TEST_ASSERT_EQUAL_UINT8(STEP_RING_CAPACITY, stream_space(&stream));
     TEST_ASSERT_EQUAL_HEX8(STEP_HIGH_EMPTY, ring.high[FIRST_SLOT]);
     TEST_ASSERT_EQUAL_UINT32(START_TICKS, stream.end_ticks);
-    TEST_ASSERT_FALSE(stream_has_mark(&stream));
+    TEST_ASSERT_FALSE(stream_has_waypoint(&stream));
     TEST_ASSERT_TRUE(stream_train_free(&stream));
 }
 
@@ -116,7 +116,7 @@ static void reset_forgets_everything(void)
 
     even_start(&even, 100000, 100);
     put_batch(5);
-    stream_add_mark(&stream, false, 5);
+    stream_add_waypoint(&stream, false, 5);
     TEST_ASSERT_EQUAL_UINT32(100000, stream_put_train(&stream, &even, 100));
     TEST_ASSERT_EQUAL_UINT32(100000, stream_put_train(&stream, &even, 100));
     TEST_ASSERT_FALSE(stream_train_free(&stream));
@@ -124,7 +124,7 @@ static void reset_forgets_everything(void)
     TEST_ASSERT_EQUAL_UINT8(7, stream.head);
     TEST_ASSERT_EQUAL_UINT8(7, stream.retired);
     TEST_ASSERT_EQUAL_UINT32(99, stream.end_ticks);
-    TEST_ASSERT_FALSE(stream_has_mark(&stream));
+    TEST_ASSERT_FALSE(stream_has_waypoint(&stream));
     TEST_ASSERT_FALSE(stream_on_plain_way(&stream, 9));
     TEST_ASSERT_EQUAL_UINT16(0, stream.trains[0].steps);
     TEST_ASSERT_EQUAL_UINT16(0, stream.trains[1].steps);
@@ -179,12 +179,12 @@ static void put_pulse_train(uint16_t steps)
     (void)stream_put_train(&stream, &even, steps);
 }
 
-// The entries of a train are passed together: up to the interrupt, a mark or the other train.
+// The entries of a train are passed together: up to the interrupt, a waypoint or the other train.
 static void entries_of_a_train_are_passed_together(void)
 {
     put_pulse_train(300); // 127, 127, 46
-    stream_add_mark(&stream, false, 1);
-    put_pulse_train(400); // 127 up to the mark, 127, 127, 19
+    stream_add_waypoint(&stream, false, 1);
+    put_pulse_train(400); // 127 up to the waypoint, 127, 127, 19
     TEST_ASSERT_EQUAL_UINT16(0, stream_pass_train(&stream, 0, FIRST_SLOT));
     TEST_ASSERT_EQUAL_UINT16(254,
                              stream_pass_train(&stream, 0, (uint8_t)(FIRST_SLOT + 2u)));
@@ -192,8 +192,8 @@ static void entries_of_a_train_are_passed_together(void)
     TEST_ASSERT_EQUAL_UINT16(46, stream_pass_train(&stream, 0, stream.head));
     TEST_ASSERT_EQUAL_UINT8((uint8_t)(FIRST_SLOT + 3u), stream.retired);
     TEST_ASSERT_EQUAL_UINT16(127, stream_pass_train(&stream, 1, stream.head));
-    TEST_ASSERT_TRUE(stream_mark_within(&stream, 0));
-    stream_pass_mark(&stream);
+    TEST_ASSERT_TRUE(stream_waypoint_within(&stream, 0));
+    stream_pass_waypoint(&stream);
     TEST_ASSERT_EQUAL_UINT16(273, stream_pass_train(&stream, 1, stream.head));
     TEST_ASSERT_EQUAL_UINT8(stream.head, stream.retired);
 }
@@ -225,52 +225,52 @@ static void reserved_slots_hide_what_follows(void)
 
 static void marks_wait_for_a_period(void)
 {
-    stream_add_mark(&stream, true, 0);
-    stream_add_mark(&stream, false, 0xFFFE);
-    TEST_ASSERT_TRUE(stream_mark_waits(&stream));
-    TEST_ASSERT_FALSE(stream_has_mark(&stream));
+    stream_add_waypoint(&stream, true, 0);
+    stream_add_waypoint(&stream, false, 0xFFFE);
+    TEST_ASSERT_TRUE(stream_waypoint_waits(&stream));
+    TEST_ASSERT_FALSE(stream_has_waypoint(&stream));
     put_periods(1);
-    TEST_ASSERT_FALSE(stream_mark_waits(&stream));
+    TEST_ASSERT_FALSE(stream_waypoint_waits(&stream));
 }
 
 static void marks_are_read_behind_their_period(void)
 {
-    stream_add_mark(&stream, true, 0);
-    stream_add_mark(&stream, false, 0xFFFE);
+    stream_add_waypoint(&stream, true, 0);
+    stream_add_waypoint(&stream, false, 0xFFFE);
     put_periods(1);
-    TEST_ASSERT_FALSE(stream_mark_within(&stream, 0));
+    TEST_ASSERT_FALSE(stream_waypoint_within(&stream, 0));
     TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head));
-    TEST_ASSERT_TRUE(stream_mark_within(&stream, 0));
-    check_mark(true, 0, 0);
-    stream_pass_mark(&stream);
-    check_mark(false, 0, 0xFFFE);
-    stream_pass_mark(&stream);
-    TEST_ASSERT_FALSE(stream_has_mark(&stream));
+    TEST_ASSERT_TRUE(stream_waypoint_within(&stream, 0));
+    check_waypoint(true, 0, 0);
+    stream_pass_waypoint(&stream);
+    check_waypoint(false, 0, 0xFFFE);
+    stream_pass_waypoint(&stream);
+    TEST_ASSERT_FALSE(stream_has_waypoint(&stream));
 }
 
 static void marks_fill_up(void)
 {
     for (uint8_t i = 0; i < STREAM_WAYPOINTS - 1u; i++) {
-        TEST_ASSERT_FALSE(stream_marks_full(&stream));
-        stream_add_mark(&stream, false, i);
+        TEST_ASSERT_FALSE(stream_waypoints_full(&stream));
+        stream_add_waypoint(&stream, false, i);
         put_periods(1);
     }
-    TEST_ASSERT_TRUE(stream_marks_full(&stream));
+    TEST_ASSERT_TRUE(stream_waypoints_full(&stream));
     TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head));
-    stream_pass_mark(&stream);
-    TEST_ASSERT_FALSE(stream_marks_full(&stream));
+    stream_pass_waypoint(&stream);
+    TEST_ASSERT_FALSE(stream_waypoints_full(&stream));
 }
 
 static void periods_end_at_marks_and_other_entries(void)
 {
     put_periods(2);
-    stream_add_mark(&stream, false, 2);
-    stream_place_marks(&stream, 0);
+    stream_add_waypoint(&stream, false, 2);
+    stream_place_waypoints(&stream, 0);
     put_periods(3);
     stream_put_command(&stream, STEP_COMMAND_QUIET);
     put_periods(1);
     TEST_ASSERT_EQUAL_UINT8(2, pass(stream.head));
-    stream_pass_mark(&stream);
+    stream_pass_waypoint(&stream);
     TEST_ASSERT_EQUAL_UINT8(3, pass(stream.head));
     TEST_ASSERT_EQUAL_HEX8(STEP_HIGH_COMMAND, stream_peek(&stream));
     TEST_ASSERT_EQUAL_HEX8(STEP_COMMAND_QUIET, stream_pass_entry(&stream));
@@ -284,10 +284,10 @@ static void train_entries_name_their_train(void)
     struct even even;
 
     even_start(&even, 200000, 400);
-    stream_add_mark(&stream, false, 0);
+    stream_add_waypoint(&stream, false, 0);
     TEST_ASSERT_EQUAL_UINT32(200000, stream_put_train(&stream, &even, 400));
     TEST_ASSERT_EQUAL_UINT32(200000, stream_put_train(&stream, &even, 400));
-    check_mark(false, STEP_TRAIN_ENTRY_MAX - 1u, 0);
+    check_waypoint(false, STEP_TRAIN_ENTRY_MAX - 1u, 0);
     for (uint8_t train = 0; train < STEP_TRAINS; train++) {
         int16_t steps = 0;
         for (uint8_t i = 0; i < 4; i++) {
@@ -306,33 +306,33 @@ static void train_entries_name_their_train(void)
 // Waypoints behind a line's start.
 static void begin_line(void)
 {
-    stream_add_mark(&stream, true, 0);
-    stream_place_marks(&stream, 0);
-    stream_pass_mark(&stream);
+    stream_add_waypoint(&stream, true, 0);
+    stream_place_waypoints(&stream, 0);
+    stream_pass_waypoint(&stream);
 }
 
 static void check_way(uint8_t slot, uint8_t way, uint32_t ticks)
 {
-    const struct waypoint *next = stream_mark(&stream);
+    const struct waypoint *next = stream_waypoint(&stream);
 
-    TEST_ASSERT_TRUE(stream_has_mark(&stream));
+    TEST_ASSERT_TRUE(stream_has_waypoint(&stream));
     TEST_ASSERT_EQUAL_UINT8((uint8_t)(FIRST_SLOT + slot), next->slot);
     TEST_ASSERT_EQUAL_HEX8(way, next->way);
     TEST_ASSERT_EQUAL_UINT32((START_TICKS + ticks) & 0xFFFFFFuL, waypoint_ticks(next));
-    stream_pass_mark(&stream);
+    stream_pass_waypoint(&stream);
 }
 
 static void many_periods_end_at_a_place(void)
 {
     begin_line();
     put_batch(10);
-    TEST_ASSERT_FALSE(stream_has_mark(&stream));
+    TEST_ASSERT_FALSE(stream_has_waypoint(&stream));
     put_batch(30);
     put_batch(5);
     put_batch(30);
     check_way(40, WAYPOINT_PLACE, appended_ticks(FIRST_SLOT, 40));
     check_way(75, WAYPOINT_PLACE, appended_ticks(FIRST_SLOT, 75));
-    TEST_ASSERT_FALSE(stream_has_mark(&stream));
+    TEST_ASSERT_FALSE(stream_has_waypoint(&stream));
 }
 
 // Pixel edges find room however many batches are written.
@@ -342,18 +342,18 @@ static void places_leave_room_for_edges(void)
     for (uint8_t i = 0; i < 20u; i++) {
         put_batch(30);
     }
-    TEST_ASSERT_TRUE((uint8_t)(stream.mark_head - stream.mark_tail) < 12u);
+    TEST_ASSERT_TRUE((uint8_t)(stream.waypoint_head - stream.waypoint_tail) < 12u);
 }
 
 static void single_periods_lead_from_edge_to_edge(void)
 {
     begin_line();
     put_periods(3);
-    stream_add_mark(&stream, false, 3);
+    stream_add_waypoint(&stream, false, 3);
     put_periods(1);
     put_periods(2);
-    stream_add_mark(&stream, false, 5);
-    stream_place_marks(&stream, 0);
+    stream_add_waypoint(&stream, false, 5);
+    stream_place_waypoints(&stream, 0);
     check_way(4, WAYPOINT_PLAIN, appended_ticks(FIRST_SLOT, 4));
     check_way(6, WAYPOINT_PLAIN, appended_ticks(FIRST_SLOT, 6));
 }
@@ -365,21 +365,21 @@ static void other_entries_are_no_plain_way(void)
     put_periods(3);
     stream_put_command(&stream, STEP_COMMAND_QUIET);
     put_periods(1);
-    stream_add_mark(&stream, false, 3);
-    stream_place_marks(&stream, 0);
-    stream_add_mark(&stream, true, 0);
-    stream_add_mark(&stream, false, 3);
+    stream_add_waypoint(&stream, false, 3);
+    stream_place_waypoints(&stream, 0);
+    stream_add_waypoint(&stream, true, 0);
+    stream_add_waypoint(&stream, false, 3);
     put_pulse_train(300);
     put_periods(1);
-    stream_add_mark(&stream, false, 4);
-    stream_place_marks(&stream, 0);
-    TEST_ASSERT_EQUAL_HEX8(0, stream_mark(&stream)->way);
-    stream_pass_mark(&stream);
-    TEST_ASSERT_EQUAL_HEX8(WAYPOINT_START | 126u, stream_mark(&stream)->way);
-    stream_pass_mark(&stream);
-    TEST_ASSERT_EQUAL_HEX8(126, stream_mark(&stream)->way);
-    stream_pass_mark(&stream);
-    TEST_ASSERT_EQUAL_HEX8(0, stream_mark(&stream)->way);
+    stream_add_waypoint(&stream, false, 4);
+    stream_place_waypoints(&stream, 0);
+    TEST_ASSERT_EQUAL_HEX8(0, stream_waypoint(&stream)->way);
+    stream_pass_waypoint(&stream);
+    TEST_ASSERT_EQUAL_HEX8(WAYPOINT_START | 126u, stream_waypoint(&stream)->way);
+    stream_pass_waypoint(&stream);
+    TEST_ASSERT_EQUAL_HEX8(126, stream_waypoint(&stream)->way);
+    stream_pass_waypoint(&stream);
+    TEST_ASSERT_EQUAL_HEX8(0, stream_waypoint(&stream)->way);
 }
 
 // The reader waits for a waypoint, written or not, but does not lag too many periods.
@@ -389,8 +389,8 @@ static void on_the_plain_way(void)
 
     begin_line();
     put_periods(3);
-    stream_add_mark(&stream, false, 3);
-    stream_place_marks(&stream, 0);
+    stream_add_waypoint(&stream, false, 3);
+    stream_place_waypoints(&stream, 0);
     TEST_ASSERT_TRUE(stream_on_plain_way(&stream, (uint8_t)(first - 1u)));
     TEST_ASSERT_FALSE(stream_on_plain_way(&stream, first));
 }
@@ -456,10 +456,10 @@ static void random_streams(void)
             uint8_t first = stream.retired;
             uint8_t count = pass(tail);
             ticks += appended_ticks(first, count);
-            if (stream_mark_within(&stream, 0)) {
-                TEST_ASSERT_EQUAL_UINT32(waypoint_ticks(stream_mark(&stream)),
+            if (stream_waypoint_within(&stream, 0)) {
+                TEST_ASSERT_EQUAL_UINT32(waypoint_ticks(stream_waypoint(&stream)),
                                          ticks & 0xFFFFFFuL);
-                stream_pass_mark(&stream);
+                stream_pass_waypoint(&stream);
             }
         }
     }

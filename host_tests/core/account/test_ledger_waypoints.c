@@ -120,7 +120,7 @@ static void begin_stream(uint8_t most_periods)
 
     stream->ring = &ring;
     stream->retired = (uint8_t)chance();
-    stream->mark_tail = (uint8_t)chance();
+    stream->waypoint_tail = (uint8_t)chance();
     stream->delay_ticks = chance();
     uint32_t ticks = start.ledger.loaded_ticks - stream->delay_ticks;
     for (pixels = 0; pixels < STREAM_WAYPOINTS - 1u; pixels++) {
@@ -134,20 +134,19 @@ static void begin_stream(uint8_t most_periods)
             steps = start.ledger.negative ? (uint16_t)(steps - more)
                                           : (uint16_t)(steps + more);
         }
-        stream
-            ->waypoints[(uint8_t)(stream->mark_tail + pixels) & (STREAM_WAYPOINTS - 1u)] =
-            (struct waypoint){
-                .slot = (uint8_t)(stream->retired + periods),
-                .way = any_way(),
-                .ticks_low = (uint16_t)ticks,
-                .ticks_high = (uint8_t)(ticks >> 16),
-                .position = (uint16_t)(steps + (once_in(40) ? 1u : 0u)),
+        stream->waypoints[(uint8_t)(stream->waypoint_tail + pixels) &
+                          (STREAM_WAYPOINTS - 1u)] = (struct waypoint){
+            .slot = (uint8_t)(stream->retired + periods),
+            .way = any_way(),
+            .ticks_low = (uint16_t)ticks,
+            .ticks_high = (uint8_t)(ticks >> 16),
+            .position = (uint16_t)(steps + (once_in(40) ? 1u : 0u)),
         };
     }
-    uint8_t end = (uint8_t)(stream->mark_tail + pixels);
+    uint8_t end = (uint8_t)(stream->waypoint_tail + pixels);
 
-    stream->mark_placed = once_in(4) ? (uint8_t)(end - 1u) : end;
-    stream->mark_head = (uint8_t)(end + 1u);
+    stream->waypoint_placed = once_in(4) ? (uint8_t)(end - 1u) : end;
+    stream->waypoint_head = (uint8_t)(end + 1u);
     stream->plain = once_in(4) ? 0 : WAYPOINT_PLAIN;
 }
 
@@ -163,9 +162,10 @@ static void take_one_by_one(uint8_t tail, bool *inside)
     uint8_t made = (uint8_t)(tail - stream->retired);
 
     for (uint8_t i = 0; i < pixels; i++) {
-        uint8_t slot =
-            stream->waypoints[(uint8_t)(stream->mark_tail + i) & (STREAM_WAYPOINTS - 1u)]
-                .slot;
+        uint8_t slot = stream
+                           ->waypoints[(uint8_t)(stream->waypoint_tail + i) &
+                                       (STREAM_WAYPOINTS - 1u)]
+                           .slot;
         if ((uint8_t)(slot - stream->retired) < made) {
             take(&one_by_one, slot, inside);
         }
@@ -256,8 +256,8 @@ static void numbers_of_pixels_wrap(void)
                                       .ticks_low = (uint16_t)ticks,
                                       .ticks_high = (uint8_t)(ticks >> 16)};
             }
-            start.stream.mark_placed = 4;
-            start.stream.mark_head = 5;
+            start.stream.waypoint_placed = 4;
+            start.stream.waypoint_head = 5;
             (void)ledger_pass_waypoints(&start.ledger, &start.stream, 240);
             TEST_ASSERT_EQUAL_UINT32(before[i] + 4u, start.ledger.pixel);
         }
