@@ -13,7 +13,7 @@ from scipy.optimize import nnls  # type: ignore[import-untyped]
 
 from pixstep.board import boards
 from pixstep.board.costs import OF_REPLAY
-from pixstep.lines.core import Loop, Replay
+from pixstep.lines.replay import Loop, Replay
 from pixstep.lines.units import period_ticks
 from pixstep_dev.costs.probes import Spent
 

@@ -19,8 +19,8 @@ from pixstep.board.device import Device
 from pixstep.board.port import BAUD
 from pixstep.errors import RefusedError
 from pixstep.lines import runs
-from pixstep.lines.core import Loop, Replay, ReplayVerdict
 from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.replay import Loop, Replay, ReplayVerdict
 from pixstep.lines.units import period_ticks, refuse_periods
 
 NAME = "beyond_guarantee"  # of what is found
