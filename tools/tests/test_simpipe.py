@@ -37,6 +37,18 @@ def test_its_last_words_are_kept(pipe):
         pipe.command("die")
 
 
+def test_an_answer_that_a_signal_broke_off_is_none_of_the_next_command(pipe, monkeypatch):
+    def interrupted(_seconds):
+        monkeypatch.undo()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(pipe._ready, "select", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        pipe.command("go 1")
+    assert pipe.command("go 2").endswith("go 2")
+    assert pipe.command("go 3").endswith("go 3")
+
+
 def test_a_closed_error_output_is_no_end():
     runner = "import os, sys\nos.close(2)\nfor line in sys.stdin: print('ok', flush=True)"
     with SimPipe([sys.executable, "-c", runner]) as pipe:

@@ -57,6 +57,7 @@ class SimPipe:
         assert self._process.stdin and self._process.stdout
         self._in, self._out = self._process.stdin, self._process.stdout
         self._pending, self._ended = b"", ""
+        self._owed = 0  # answers: more than one after a signal has broken off the wait for one
         self._ready = selectors.DefaultSelector()
         self._ready.register(self._out, selectors.EVENT_READ)
 
@@ -77,6 +78,7 @@ class SimPipe:
         try:
             self._in.write(text.encode() + b"\n")
             self._in.flush()
+            self._owed += 1
         except OSError:
             raise SimulatorError(self._last_words()) from None
         answer = self._answer(text)
@@ -106,16 +108,17 @@ class SimPipe:
                 pipe.close()
 
     def _answer(self, text: str) -> str:
-        """Return the next line of the runner."""
-        while b"\n" not in self._pending:
+        """Return the runner's answer to the newest command."""
+        while self._pending.count(b"\n") < self._owed:
             if not self._ready.select(_ANSWER_LIMIT_S):
                 raise SimulatorError(f"simulator: no answer to {text[:40]!r}")
             data = os.read(self._out.fileno(), _READ_BYTES)
             if not data:
                 raise SimulatorError(self._last_words())
             self._pending += data
-        line, self._pending = self._pending.split(b"\n", 1)
-        return line.decode()
+        *lines, self._pending = self._pending.split(b"\n")
+        self._owed = 0
+        return lines[-1].decode()
 
     def _last_words(self) -> str:
         """Return why the process ended, from its error output."""
