@@ -474,6 +474,9 @@ APART uint32_t TO_CAPTURE(struct ledger *ledger,
     if (start_in_ring(ledger, stream, sample->tail, back, captured_ticks, &start_ticks)) {
         return start_ticks + captured_ticks;
     }
-    ledger_advance(ledger, stream, sample, LEDGER_EXACTLY);
+    // Of few steps a pixel the waypoints have often passed all.
+    if (stream->retired != sample->tail) {
+        ledger_advance(ledger, stream, sample, LEDGER_EXACTLY);
+    }
     return ledger_capture_ticks(ledger, stream, back, captured_ticks);
 }

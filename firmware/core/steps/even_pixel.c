@@ -52,7 +52,11 @@ bool even_pixel_divide(struct even_rate *rate, uint8_t steps, uint32_t ticks)
     } else if (ticks >> 16 >= steps) {
         return false;
     } else {
-        uint16_t base = divide_u32_u16(ticks, steps);
+        uint16_t base = (uint16_t)ticks;
+        // Where the clock is followed nearly every pixel of one step is another interval.
+        if (steps != 1) {
+            base = divide_u32_u16(ticks, steps);
+        }
         uint8_t rest = (uint8_t)((uint8_t)ticks - (uint8_t)((uint8_t)base * steps));
         *rate = (struct even_rate){(uint16_t)ticks, base, steps, rest};
     }
