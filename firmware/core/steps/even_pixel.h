@@ -41,7 +41,8 @@ struct even_rate;
 // steps before it, and as budget, ring and waypoints allow; each pixel with a waypoint at its end.
 // budget: 1..255; the last pixel may cost more than is left. Returns what the pixels cost of a
 // round's budget. With no pixel written it returns 0 if the next one is something else or must wait
-// for the clock, and EVEN_PIXEL_WAITS if the next one has no room now (line->room).
+// for the clock, and EVEN_PIXEL_WAITS if the next one has no room now: line->room then tells how
+// much room in the ring it needs, if the ring is what is full.
 //
 // Only when the newest step lies at the line's place, its period is still to be written, exactly
 // one waypoint waits for that period, and line_on_pixels() is true. negative: direction of the
