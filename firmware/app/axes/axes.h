@@ -13,7 +13,7 @@
 #include "axis/axis.h" // struct axis
 #include "config.h"    // CONFIG_AXES
 
-// An index that stands for no axis: the one behind the last.
+// An index that stands for no axis: the one after the last.
 #define NO_AXIS CONFIG_AXES
 
 // Mask of all axes.

@@ -18,9 +18,9 @@ void limits_apply_settings(void);
 // limits_apply_settings().
 void limits_try_settings(void);
 
-// The limits of a line that is queued for this axis, times in ticks: those of an axis alone, since
-// arming tells which axes move together; for an axis that is armed or moves, those of all that are.
-// Valid until the next call.
+// The limits of a line that is queued for this axis, times in ticks. For an axis that is neither
+// armed nor running: the limits of an axis alone, since only arming tells which axes move together.
+// Else the limits of all axes that are armed or running. Valid until the next call.
 const struct line_limits *limits_of(uint8_t axis);
 // The limits of `axes` axes that move together; of none as of one. Valid until the next call of
 // either function.

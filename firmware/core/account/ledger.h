@@ -41,7 +41,8 @@ void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks);
 enum ledger_extent {
     // To the sample.
     LEDGER_EXACTLY,
-    // Not into single periods that a waypoint follows: later they are passed at a much lower cost.
+    // To the sample, except for single periods that lead to a waypoint: the waypoint passes them
+    // later, at a much lower cost. Idle periods and a cut make the advance exact.
     LEDGER_BY_WAYPOINTS,
 };
 
@@ -149,7 +150,8 @@ uint32_t ledger_advance_to_capture(struct ledger *ledger,
                                    uint16_t captured_ticks);
 
 #if defined(__AVR__) && SEVERAL_AXES
-// ledger_advance_to_capture() for every case. ledger_capture.S calls it where its quick way fails.
+// ledger_advance_to_capture() for every case. There ledger_advance_to_capture() itself is assembly,
+// ledger_capture.S, which calls this function where its quick way fails.
 uint32_t ledger_capture_anywhere(struct ledger *ledger,
                                  struct stream *stream,
                                  const struct engine_sample *sample,

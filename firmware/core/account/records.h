@@ -3,10 +3,11 @@
 // and how far the clock's edge lay from its planned time. A new record overwrites the oldest one.
 // Main loop only.
 //
-// At high pixel rates a host cannot read a record of each pixel: records_thin() keeps those of
-// every Nth pixel and of every deviation: an actual position that is not the expected one,
-// or an edge error that has changed by more than a limit since the newest record that was kept. The
-// newest pixel always has a record, which the next pixel overwrites if it is not to be kept.
+// At high pixel rates a host cannot read a record of each pixel. records_thin() therefore keeps the
+// records of every Nth pixel and of every deviation. A deviation is an actual position that is not
+// the expected one, or an edge error that has changed by more than a limit since the newest record
+// that was kept. The newest pixel always has a record, which the next pixel overwrites if it is not
+// to be kept.
 //
 //     pixel       ...  4      8      9      11           every 4, a deviation at pixel 9
 //     kept              (4)    (8)    (9)    (11)        records_get(0) is pixel 4, 3 are shown

@@ -50,7 +50,7 @@ static inline int64_t wide_to(struct wide value)
 
 #if defined(__AVR__)
 
-// a + b modulo 2^40, like the C below. 5 cycles, and what it takes to move the operands.
+// a + b modulo 2^40, like the C below. 5 cycles, and what moving the operands takes.
 static inline struct wide wide_add(struct wide a, struct wide b)
 {
     __asm__("add %0, %2\n\t"

@@ -18,8 +18,8 @@
 #include "line/segment.h"          // struct segment
 #include "line/segment_pack.h"     // struct segment_reader
 
-// The limits may be others than those of the entries before: to be called before the entries of
-// each block. Divides.
+// From here on these limits count, which may differ from the limits of the entries before. To be
+// called before the entries of each block. Divides.
 void line_check_limits(struct line_check *check, const struct line_limits *limits);
 
 // Accept the next entry and return LINE_none, or return why the entry is not possible. The reason

@@ -37,8 +37,8 @@ struct line_limits {
     // between; 0: any.
     uint16_t start_stop_steps;
 #if FEATURE_LINE_DIVIDER
-    // Clock edges of a pixel, which a line's divider must be; 0: any, the limits are those of the
-    // line.
+    // Clock edges of a pixel, 1..1000: a line that tells a divider must tell this one. 0: it may
+    // tell any, and the other limits were made for that line.
     uint16_t divider;
 #endif
 };
@@ -69,7 +69,7 @@ struct line_check {
         struct {
             // The line reached the line speed of the backlash parameter.
             bool reached : 1;
-            // The line is a seek: when it trips, any segment behind the down mark may come next.
+            // The line is a seek: when it trips, any segment after the down mark may come next.
             bool one_way : 1;
             // A segment of the line was accepted.
             bool begun : 1;
@@ -110,7 +110,7 @@ struct line_check {
     // Highest speed that was accepted in plain lines since the reset, steps/pixel: for
     // line_speeds_fit(). Seeks do not count: they are slow enough for any company.
     uint16_t fastest_plain;
-    // The same of smooth lines.
+    // Highest speed that was accepted in smooth lines since the reset, steps/pixel.
     uint16_t fastest_smooth;
 #endif
     // Pixels of the line accepted so far: the next entry begins with the pixel after them.

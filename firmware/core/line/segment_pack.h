@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Entries of a line packed into 1 to 4 bytes each. The queue holds them so, and a compact block
-// brings them so. A single pixel whose count is near that of the entry before takes one byte, so
-// that pixels with counts of their own cost a byte each on the bus and in memory.
+// brings them so. A single pixel whose count is near the count of the entry before takes one byte,
+// so that pixels with counts of their own cost a byte each on the bus and in memory.
 //
 //     first byte   more bytes          entry (count, repeat)        d is added to the last count
 //     00..70       -                   d = first - 38, repeat 1     -56..56

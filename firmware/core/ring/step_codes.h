@@ -5,8 +5,7 @@
 
 #include "base/literal.h" // UNSIGNED
 
-// High bytes of the ring's entries. A lower high byte than STEP_HIGH_TRAIN is that of a single
-// period.
+// High bytes of the ring's entries:
 //
 //     00..FC   a single period       FE   a command
 //     FD       periods of a train    FF   empty: the writer has not filled the slot

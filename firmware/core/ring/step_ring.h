@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The ring of timer-compare entries. The decoder in the main loop is the only writer, the step
 // interrupt the only reader, so that no lock is needed: an entry becomes visible by the single
-// store of its high byte, and the slot behind the newest entry always reads as empty.
+// store of its high byte, and the slot after the newest entry always reads as empty.
 //
 //     high     low
 //     00..FC   any      one timer period; TOP = high:low (0..0xFCFF), length TOP + 1 ticks
-//     FD       count    signed: so many periods of train 0 (> 0) or 1 (< 0), struct pulse_train
+//     FD       count    signed: that many periods of train 0 (> 0) or 1 (< 0), struct pulse_train
 //     FE       command  enum step_command; takes no time, the next entry follows at once
 //     FF       any      empty: the writer has not filled this slot yet
 //
@@ -27,8 +27,8 @@
 
 // Longest single period, ticks. The writer splits longer intervals.
 #define STEP_PERIOD_MAX_TICKS 0xFD00u
-// Entries that may be in the ring: 256 less the empty one behind the newest, less three that were
-// read last, because the ledger may look at these again.
+// Entries that may be in the ring: 256 less the empty slot after the newest entry, less the three
+// entries that were read last, because the ledger may look at these again.
 #define STEP_RING_CAPACITY 252u
 
 enum step_command {

@@ -4,7 +4,7 @@
 // steps (even_pixel.h), at a fraction of what a piece of any kind costs. The ticks of its steps are
 // those of curve_steep.h. Main loop only.
 //
-//     speeds     4           6           8          steps/pixel at the pixel's edges
+//     speeds     4           6           8          steps/pixel at the pixels' edges
 //     pixels     |     5     |     7     |          the extrapolation of intervals goes on from
 //     h                1           1                pixel to pixel while h stays the same
 #pragma once

@@ -24,7 +24,7 @@ struct even_rate;
 // Most steps of such a pixel. More are worth a pulse train.
 #define EVEN_PIXEL_MAX_STEPS 120u
 // Shortest interval of such a pixel, ticks. A pulse train may follow, and the step interrupt needs
-// this long to begin one behind a single period.
+// this long to begin a train after a single period.
 #define EVEN_PIXEL_MIN_TICKS 128u
 
 // Longest shorter interval of such a pixel, ticks: the longer one, a tick more, is a single period

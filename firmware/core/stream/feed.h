@@ -10,8 +10,8 @@
 //     intervals  |---- d2 ---|------------- d3 ------------|---
 //     periods    |P    d2    |P  32768  |Q     the rest    |P       P pulses, Q does not
 //
-// A line that waits for the pixel clock is decoded ahead behind a held slot: the ring looks empty
-// to the interrupt until feed_release() fills that slot and the delay after it.
+// A line is decoded ahead after a held slot: the ring looks empty to the interrupt until
+// feed_release() fills that slot and the delay after it.
 #pragma once
 
 #include <stdbool.h>

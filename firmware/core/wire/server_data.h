@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The data behind the Modbus server: what core needs from who links it. The firmware's is in
-// app/registers. Addresses are 0-based; main loop only.
+// The data that the Modbus server serves: functions that core calls and that the program which
+// links core supplies. Those of the firmware are in app/registers. Addresses are 0-based. Main loop
+// only.
 //
 //     core/wire/server.c ---- data_*() ---->  app/registers: data.c, bits.c, identity.c
 //
