@@ -202,8 +202,8 @@ void stream_put_period(struct stream *stream, uint16_t ticks);
 // into the ring from the old head on, before this call or afterwards, and shows them to the
 // interrupt by storing the high byte of the first one last of all.
 //
-//     waypoints   W1 waits   W1 placed               W2 waits
-//     periods               | first  |  ...  | last |
+//     periods      |  first  |  ...  |  last  | the period to come |
+//     waypoints              ^ W1                                  ^ W2, placed later
 void stream_put_pixel(struct stream *stream,
                       uint8_t steps,
                       uint32_t ticks,
