@@ -36,7 +36,7 @@ enum frame_status {
 // The one buffer of the bus: it receives requests, and the server writes the reply into it. The
 // receive interrupt writes the bytes from bytes[received] on; all else is the main loop's.
 struct frame {
-    // Bytes of the frame at the front, 4..FRAME_ROOM_BYTES; valid unless frame_look() returned
+    // Bytes of the frame at the front, 1..FRAME_ROOM_BYTES; valid unless frame_look() returned
     // FRAME_PARTIAL. frame_look() writes it.
     uint16_t length;
     // Bytes received so far, of this frame and of what follows it, 0..FRAME_ROOM_BYTES; the caller
