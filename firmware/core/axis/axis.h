@@ -156,7 +156,8 @@ void axis_init(struct axis *axis, const struct axis_parts *parts);
 void axis_company(struct axis *axes, uint8_t count);
 
 // hold: after the line in work no axis begins another line, unless an axis of its company has begun
-// that line already. The board holds its axes when its bus is silent; false ends that.
+// that line already. The board holds its axes while its bus is silent, where setting silence_waits
+// says so; false ends that.
 void axis_hold(bool hold);
 
 // True once after an axis has ended because of axis_hold(), with its next line queued.
