@@ -48,9 +48,9 @@
 #define RELEASE_TRIES 4u
 
 // Accounts are advanced in turn, one axis every ADVANCE_ROUNDS rounds, and out of turn when an
-// account lags this many entries behind.
+// account lags this many entries behind. Nothing else looks for the end of a single axis's train.
 #define ADVANCE_ENTRIES 64u
-#define ADVANCE_ROUNDS  8u
+#define ADVANCE_ROUNDS  (CONFIG_AXES > 1 ? 8u : 4u)
 
 static uint8_t rounds; // counts rounds, for work that serves one axis after the other
 #if CONFIG_AXES > 1

@@ -98,13 +98,17 @@ class Trial:
         name, *arguments = operation
         getattr(self, name)(*arguments)
         r = self.bench.record
-        forgotten = r.forget_refused_jog()  # as whoever serves a record does
-        if forgotten:
-            self.bench.take(forgotten)
+        self.forget_refused_jog()
         holds.coordinates(self.bench)
         holds.speeds(r)
         holds.told(r, self.known)
         self.bench.forget()
+
+    def forget_refused_jog(self):
+        """Do as whoever serves a record."""
+        forgotten = self.bench.record.forget_refused_jog()
+        if forgotten:
+            self.bench.take(forgotten)
 
     def put(self, name, value):
         last = self.bench.record["LDVL"]
@@ -124,6 +128,7 @@ class Trial:
         ended = self.bench.settle()[1]
         if not ended and self.bench.stepper.at_rest:  # perhaps since the last tick only
             ended = self.bench.settle()[1]
+        self.forget_refused_jog()  # of a jog that a limit has ended, and that begins again
         holds.ends(self.bench, ended)
 
     def delay(self):

@@ -91,6 +91,7 @@ struct guarantee_board {
     uint32_t more_edges;
     double bytes_per_tick, asked_per_tick;
     double round_ticks;
+    double spare_ticks;
     double margin;
 };
 struct guarantee_verdict {

@@ -16,7 +16,7 @@
 #define WAITING_LEADS 4u
 #define NEVER_TICKS   1e300
 // A single axis is accounted for every so many rounds; any one where so many entries are made.
-#define ADVANCE_ROUNDS 8u
+#define ADVANCE_ROUNDS 4u
 #define URGENT_ENTRIES 64.0
 #define LOAD_TICKS     1000.0 // most that an interrupt waits, and takes
 #define MOST_BUSY      0.98   // of the interrupts: some time is always left
@@ -210,8 +210,8 @@ static void note_time(struct loop *r, const struct axis *a)
     if (slack < v->slack_ticks) {
         v->slack_ticks = slack;
     }
-    if (slack < 0.0) {
-        lose(r, a, -slack);
+    if (slack < r->board->spare_ticks) {
+        lose(r, a, r->board->spare_ticks - slack);
     }
 }
 

@@ -23,6 +23,7 @@ class Loop:
     bytes_per_tick: float = 0.0
     asked_per_tick: float = 0.0
     round_ticks: float = 0.0
+    spare_ticks: float = 0.0
     margin: float = 1.0
 
 
