@@ -11,15 +11,17 @@
 #define TRAINS        2u
 #define BATCH_ALONE   120.0 // most steps of a batch of a single axis,
 #define BATCH_LOW     16.0  // and where its ring is low
+#define BEGUN_MOST    60.0  // steps, by which a batch may have to be early
 // Budget of a call of the firmware's decoder, in units of a step of a flat curve (round.c).
 #define CALL_UNITS    120.0
 #define WAITING_LEADS 4u
 #define NEVER_TICKS   1e300
 // A single axis is accounted for every so many rounds; any one where so many entries are made.
-#define ADVANCE_ROUNDS 4u
-#define URGENT_ENTRIES 64.0
-#define LOAD_TICKS     1000.0 // most that an interrupt waits, and takes
-#define MOST_BUSY      0.98   // of the interrupts: some time is always left
+#define ADVANCE_ROUNDS    4u
+#define URGENT_ENTRIES    64.0
+#define LOAD_TICKS        1000.0 // most that an interrupt waits, and takes
+#define MOST_BUSY         0.98   // of the interrupts: some time is always left
+#define EDGE_ENTRY_CYCLES 16.0   // of step_ring_sum()
 // Edges that the capture queue holds, of boards of several axes and of one.
 #define EDGES_SEVERAL 8.0
 #define EDGES_ONE     5.0
@@ -199,6 +201,40 @@ static double request_ticks(struct loop *r)
     return r->cost->request / (1.0 - interrupts(r, &until));
 }
 
+static double round_cost(const struct loop *r)
+{
+    return r->board->lead_edges != 0 ? r->cost->round_locked : r->cost->round;
+}
+
+static double edge_cost(const struct loop *r)
+{
+    return r->board->lead_edges != 0 ? r->cost->edge_locked : r->cost->edge;
+}
+
+// After the longest request the ring of a single axis is low, and batches of its curves are short:
+// what it takes to begin a batch, an edge among it, must be made up for by what the batch has over
+// what it costs.
+static double spare_ticks(struct loop *r, const struct axis *a)
+{
+    const struct guarantee_costs *c = r->cost;
+    const struct part *part = &a->next.part;
+    double spare = r->board->spare_ticks;
+    double until;
+
+    if (r->several || a->walk.kind != CURVE || part->steps < BATCH_LOW) {
+        return spare;
+    }
+    double slower = r->board->margin / (1.0 - interrupts(r, &until));
+    double begin = slower * (round_cost(r) + edge_cost(r) + c->turn + c->account +
+                             c->call + c->short_batch);
+    double lasts = (part->end - part->begin) / part->steps;
+    double takes = slower * a->next.cycles / part->steps;
+    double least = lasts * BEGUN_MOST;
+
+    return fmax(spare,
+                lasts > takes ? fmin(begin * lasts / (lasts - takes), least) : least);
+}
+
 // What is written now must be there before the interrupt begins the last period of what stands in
 // front of it, since it then loads the next one; the longest request is still to come.
 static void note_time(struct loop *r, const struct axis *a)
@@ -210,16 +246,34 @@ static void note_time(struct loop *r, const struct axis *a)
     if (slack < v->slack_ticks) {
         v->slack_ticks = slack;
     }
-    if (slack < r->board->spare_ticks) {
-        lose(r, a, r->board->spare_ticks - slack);
+    double spare = spare_ticks(r, a);
+
+    if (slack < spare) {
+        lose(r, a, spare - slack);
     }
 }
 
 // ---- edges and accounts ----
 
-static double round_cost(const struct loop *r)
+// Entries of the clock's axis between the edge before and one that is taken now. Within a pixel an
+// edge is placed by their sum; a pixel's end has its own time.
+static double entries_to_edge(const struct loop *r)
 {
-    return r->board->lead_edges != 0 ? r->cost->round_locked : r->cost->round;
+    const struct axis *a = &r->axis[0];
+    double made = 0.0;
+
+    if (r->board->lead_edges != 0 && r->board->divider == 1) {
+        return 0.0;
+    }
+    for (uint8_t i = a->tail; i != a->head && a->parts[i].begin < r->now; i++) {
+        const struct part *part = &a->parts[i];
+        double from = fmax(part->begin, r->placed);
+        double to = fmin(part->end, r->now);
+        if (!part->train && to > from) {
+            made += part->entries * (to - from) / (part->end - part->begin);
+        }
+    }
+    return made;
 }
 
 // Take the edges that wait, and no more: edges that come faster than they can be taken are lost,
@@ -227,7 +281,7 @@ static double round_cost(const struct loop *r)
 static void take_edges(struct loop *r)
 {
     double waiting = floor(r->now / r->edge_ticks) + 1.0 - r->edges;
-    double cycles = r->board->lead_edges != 0 ? r->cost->edge_locked : r->cost->edge;
+    double cycles = edge_cost(r);
     double most = r->several ? EDGES_SEVERAL : EDGES_ONE;
 
     if (waiting > most || request_ticks(r) > most * r->edge_ticks) {
@@ -235,7 +289,8 @@ static void take_edges(struct loop *r)
     }
     for (uint32_t left = waiting > 0.0 ? (uint32_t)waiting : 0; left != 0; left--) {
         r->edges += 1.0;
-        spend(r, cycles);
+        spend(r, cycles + EDGE_ENTRY_CYCLES * entries_to_edge(r));
+        r->placed = r->now;
     }
 }
 
@@ -244,47 +299,15 @@ static bool account_helps(const struct loop *r, const struct axis *a)
     return a->tail != a->head && a->parts[a->tail].end <= r->now;
 }
 
-// Entries that are made of a part being made. A single axis passes them one by one; boards of
-// several note batches, whose entries are free when all of them are made.
-static double made_of(const struct loop *r, const struct part *part)
-{
-    if (r->several || part->train || part->begin >= r->now) {
-        return 0.0;
-    }
-    double share = fmin(1.0, (r->now - part->begin) / (part->end - part->begin));
-
-    return floor(share * part->entries);
-}
-
-// Entries that are made and not accounted for.
+// Entries that are made and can be accounted for: those of a part are free when all of them are made.
 static double made_entries(const struct loop *r, const struct axis *a)
 {
     double made = 0.0;
-    uint8_t i = a->tail;
 
-    for (; i != a->head && a->parts[i].end <= r->now; i++) {
+    for (uint8_t i = a->tail; i != a->head && a->parts[i].end <= r->now; i++) {
         made += a->parts[i].entries;
     }
-    return i != a->head ? made + made_of(r, &a->parts[i]) : made;
-}
-
-// Pass what is made of the part being made. Returns what this costs.
-static double pass_within(const struct loop *r, struct axis *a)
-{
-    struct part *part = &a->parts[a->tail];
-    double made = a->tail != a->head ? made_of(r, part) : 0.0;
-
-    if (made <= 0.0) {
-        return 0.0;
-    }
-    double share = made / part->entries;
-    double cycles = share * part->account;
-    a->used -= made;
-    part->entries -= made;
-    part->account -= cycles;
-    part->steps -= share * part->steps;
-    part->begin += share * (part->end - part->begin);
-    return cycles;
+    return made;
 }
 
 // Boards of several axes look only where something is made.
@@ -302,7 +325,7 @@ static void advance(struct loop *r, struct axis *a)
         a->marks -= part->mark ? 1u : 0u;
         a->trains -= part->train ? 1u : 0u;
     }
-    spend(r, cycles + pass_within(r, a));
+    spend(r, cycles);
 }
 
 // ---- decoding ----
@@ -441,19 +464,6 @@ static bool is_over(const struct axis *a)
     return a->walk.over && !a->walk.begun;
 }
 
-// When the part being made has left the room that a single axis waits for.
-static double room_at(const struct loop *r, const struct axis *a)
-{
-    const struct part *part = &a->parts[a->tail];
-    double missing = least_room(r, a, false) - room_of(a);
-
-    if (r->several || !a->known || must_wait(r, a) || part->train ||
-        missing >= part->entries) {
-        return part->end;
-    }
-    return part->begin + (part->end - part->begin) * missing / part->entries;
-}
-
 // The end of the wait of all axes, at the earliest.
 static double next_event(const struct loop *r)
 {
@@ -462,7 +472,7 @@ static double next_event(const struct loop *r)
     for (uint32_t i = 0; i < r->axes; i++) {
         const struct axis *a = &r->axis[i];
         if (a->tail != a->head && !is_over(a)) {
-            next = fmin(next, room_at(r, a));
+            next = fmin(next, a->parts[a->tail].end);
         }
     }
     if (r->board->lead_edges != 0) {

@@ -30,6 +30,7 @@ struct loop {
     double work;       // cycles of the main loop so far
     double edges;      // of the clock that were taken
     double edge_ticks; // between two
+    double placed;     // when the newest of them was taken
     uint8_t rounds;
     bool several;
     bool started; // line zero has come: what is written from then on takes time

@@ -56,13 +56,14 @@ def _times(board: str, spent: Spent) -> dict[str, tuple[float, float]]:
 
 def _solve(
     rows: Sequence[Spent], names: Sequence[str], times: Callable[[Spent, str], float],
-    value: Callable[[Spent], float],
+    value: Callable[[Spent], float], power: float = 1.0,
 ) -> dict[str, float]:  # fmt: skip
-    """Fit the costs by their relative errors."""
+    """Fit the costs by their errors, divided by a power of the value: relative ones with 1."""
     wanted = np.array([max(1.0, value(row)) for row in rows])
-    table = np.array([[times(row, name) for name in names] for row in rows]) / wanted[:, None]
+    weights = wanted**-power
+    table = np.array([[times(row, name) for name in names] for row in rows]) * weights[:, None]
     scale = np.maximum(table.max(axis=0), 1e-12)
-    found, _ = nnls(table / scale, np.ones(len(rows)))
+    found, _ = nnls(table / scale, wanted * weights)
     return {name: float(cost) for name, cost in zip(names, found / scale, strict=True)}
 
 
@@ -91,7 +92,8 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
             return row.looks * times[row.probe.name]["train_step"][0] / row.probe.line.total_steps
         return times[row.probe.name][name][1] * row.share
 
-    accounts = _solve(spent, ("account", *ACCOUNTS), account, lambda row: row.account)
+    # Looks at slow lines, of which most find nothing, would hide what an entry costs.
+    accounts = _solve(spent, ("account", *ACCOUNTS), account, lambda row: row.account, 0.5)
     _raise(decoding, "turned_px", spent, ("turns",), decode, lambda row: row.decode)
     _raise(accounts, "account_curve_px", spent, ("bends",), account, lambda row: row.account)
     _raise(accounts, "account_piece_px", spent, ("turns",), account, lambda row: row.account)
