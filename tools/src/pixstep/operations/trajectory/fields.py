@@ -182,7 +182,7 @@ class PlayFields(Request):
         found = find_circle(made)
         if found is None:
             raise AskedError(
-                "{name}: is no circle, so {transition} is needed as a number", name=made.name
+                "{name}: is not a circle, so {transition} is needed as a number", name=made.name
             )
         return transitions.choose(self.crest(found, play, hz), least).steps
 
