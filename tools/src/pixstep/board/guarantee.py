@@ -21,15 +21,16 @@ from pixstep.board.port import BAUD
 from pixstep.errors import RefusedError
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.line_check import ERROR, Finding
 from pixstep.lines.replay import Loop, Replay, ReplayVerdict
 from pixstep.lines.units import period_ticks, refuse_periods
 
 NAME = "beyond_guarantee"  # of what is found
 INTERVALS = 1.1  # of the shortest interval of several axes: at 1.05 some runs end in underruns
 LONE = 1.02  # of that of a single axis: at 500,000 baud some runs end in underruns
-# Chosen by the campaign's sets, and by lines at the guaranteed rates beside a saturated bus: with less,
-# some that were accepted failed. On a fast clock, and in the middle of a request of a board of many
-# axes, looks at each of them add up.
+# Chosen by the campaign's sets, and by lines at the guaranteed rates beside a saturated bus: with
+# less, some that were accepted failed. On a fast clock, and in the middle of a request of a board of
+# many axes, looks at each of them add up.
 _MARGINS, _SPARE_TICKS = (1.0, 1.03, 1.06, 1.1), 3000
 _FAST_HZ, _FEW_AXES, _MORE_MARGINS = 1500, 2, (1.15, 1.2, 1.25)  # hertz of the clock's edges
 ADVICE = "beyond=True lets the board try"
@@ -248,6 +249,14 @@ def reason(late: LatePlace, lines: Sequence[Line], world: LineConditions) -> str
         else f"the {label} may be too late with this line{together} at {hz_text}; "
     )
     return late_text + (f"it follows {' or '.join(cures)}" if cures else "no slower clock helps")
+
+
+def findings(lines: Sequence[Line], world: LineConditions) -> list[Finding]:
+    """Return where the board may be late with these lines together, as a check of lines does."""
+    late = judge(lines, world)
+    if late is None:
+        return []
+    return [Finding(NAME, ERROR, late.pixel, reason(late, lines, world))]
 
 
 def refuse(lines: Sequence[Line], world: LineConditions, advice: str = "") -> None:

@@ -74,7 +74,8 @@ class LineMake(OfClock):
         FILE, "Acceleration profile, PRN.", "--profile", machine=machine.profile("line")
     )
     max_acceleration: Quantity | None = shared.max_acceleration(
-        "Instead of a profile: steps/px2, steps/s2 or mm/s2."
+        "Instead of a profile: steps/px2, steps/s2 or mm/s2. A plain line with neither is "
+        "constant: the motor starts at its full speed."
     )
     max_jerk: Quantity | None = shared.max_jerk("With --max-acceleration: steps/px3 or steps/s3.")
     speed: Quantity = option(
@@ -171,12 +172,14 @@ def _made(asked: LineMake, desk: Desk) -> _MadeLine:
         raise AskedError("{prn} and {max_acceleration}: a line is made by one of them")
     if desk.given("pixels") and desk.given("length"):
         raise AskedError("{pixels} and {length}: a line has one of them")
-    by_profile = asked.prn is not None and not desk.given("max_acceleration")
-    if not by_profile and asked.max_acceleration is None:
+    constant = asked.prn is None and asked.max_acceleration is None
+    if constant and not asked.is_plain:
         raise AskedError("a line needs {prn} or {max_acceleration}")
     if asked.pixels is None and asked.length is None:
         raise AskedError("a line needs {pixels} or {length}")
-    make = _of_profile if by_profile else _of_acceleration
+    make = _constant if constant else _of_acceleration
+    if asked.prn is not None and not desk.given("max_acceleration"):
+        make = _of_profile
     return _turned(asked, desk, make, request) if asked.turn else make(asked, desk, request)
 
 
@@ -192,6 +195,17 @@ def _turned(asked: LineMake, desk: Desk, make: Make, request: generator.LineRequ
     desk.say([advice] if advice else [])
     counts = generator.forth_and_back(made.made.counts, 1 if asked.pixels is None else rest)
     return replace(made, made=replace(made.made, counts=list(counts)))
+
+
+def _constant(asked: LineMake, desk: Desk, request: generator.LineRequest) -> _MadeLine:
+    """Make a plain line of equal counts."""
+    if asked.length is not None or desk.given("max_jerk"):
+        raise AskedError("{length}, {max_jerk}: only with {max_acceleration}")
+    divider = asked.divider or 1
+    scale = desk.facts.scale()
+    speed = units.whole_speed(asked.speed, asked.edges_hz / divider, scale, smooth=False)
+    made = generator.constant(replace(request, speed=speed))
+    return _MadeLine(made, speed, divider)
 
 
 def _of_profile(asked: LineMake, desk: Desk, request: generator.LineRequest) -> _MadeLine:
