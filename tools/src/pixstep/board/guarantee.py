@@ -29,8 +29,8 @@ NAME = "beyond_guarantee"  # of what is found
 INTERVALS = 1.1  # of the shortest interval of several axes: at 1.05 some runs end in underruns
 LONE = 1.02  # of that of a single axis: at 500,000 baud some runs end in underruns
 # Chosen by the campaign's sets, and by lines at the guaranteed rates beside a saturated bus: with
-# less, some that were accepted failed. On a fast clock, and in the middle of a request of a board of
-# many axes, looks at each of them add up.
+# less, some that were accepted failed. On a fast clock, and in the middle of a request of a board
+# of many axes, looks at each of them add up.
 _MARGINS, _SPARE_TICKS = (1.0, 1.03, 1.06, 1.1), 3000
 _FAST_HZ, _FEW_AXES, _MORE_MARGINS = 1500, 2, (1.15, 1.2, 1.25)  # hertz of the clock's edges
 ADVICE = "beyond=True lets the board try"

@@ -108,7 +108,8 @@ class LineMake(OfClock):
         "Plain lines: go half of the line, turn, and come back; --length is that of the way out."
     )
     lines: int = option(
-        Whole(1, MOST_LINES), "Lines of the file, all alike: one of many is used by --line N.",
+        Whole(1, MOST_LINES), "Lines of the file, all alike; commands take one of many by --line "
+                              "N.",
         default=1,
     )  # fmt: skip
     lenient: bool = flag("Accept LF and a missing final newline in the PRN.")
@@ -333,7 +334,7 @@ class LineImport(OfClock):
     decode: str = shared.decode()
     column: str | None = option(_Column(), "Column to take, if there are several.", shown="NAME|N")
     quantity: str | None = option(
-        Choice(QUANTITIES), "What it holds for each pixel.",
+        Choice(QUANTITIES), "What the column holds for each pixel.",
         default_text="by the header; whole numbers: steps",
     )  # fmt: skip
     length_unit: str | None = option(
@@ -341,10 +342,10 @@ class LineImport(OfClock):
         default_text="by the header",
     )  # fmt: skip
     separator: str | None = option(
-        Choice((*SEPARATORS, BLANK, NONE)), "What divides the fields.", default_text="by the file"
+        Choice((*SEPARATORS, BLANK, NONE)), "What separates the fields.", default_text="by the file"
     )
     decimal: str | None = option(
-        Choice(tuple(DECIMALS)), "What divides the decimals; the other one thousands.",
+        Choice(tuple(DECIMALS)), "What separates the decimals; the other one separates thousands.",
         default_text="by the file",
     )  # fmt: skip
     needs_clock = False  # only for speeds per second, and to check times
