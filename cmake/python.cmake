@@ -13,7 +13,7 @@ set(PIXSTEP_LONG_RUNNING
 # after the other they run beside the rest, on the job that the presets have beyond the cores.
 set(PIXSTEP_REAL_TIME
     board_port board_trouble conformance console_doc ioc ioc_clients ioc_command ioc_faults
-    ioc_saved job_port late_replies motion_port motor_drive_port server serving tutorial
+    ioc_saved job_port late_replies motion_port motor_drive_port plc server serving tutorial
     virtual_bench
 )
 set(PIXSTEP_SHORT_TOGETHER 12)

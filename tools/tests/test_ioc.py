@@ -264,6 +264,7 @@ def test_a_record_whose_board_never_answered_is_there_and_refuses(monkeypatch):
         assert (found.status, found.severity) == (
             ca.AlarmStatus.UDF, ca.AlarmSeverity.INVALID_ALARM
         )  # fmt: skip
+        assert [wire.value(f"T:m.{field}") for field in ("STAT", "SEVR", "UDF")] == [17, 3, 1]
         assert "has not answered yet" in wire.put("T:m.VAL", 1.0)
         assert wire.value("T:IOC:LOST") in (0, 1)
         until(lambda: wire.value("T:IOC:LOST") == 1)

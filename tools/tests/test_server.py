@@ -12,6 +12,7 @@ import time
 from collections import Counter
 
 import pytest
+from pymodbus.client import ModbusTcpClient
 
 from bad_bus import Terminal
 from pixstep.board import registers as regs
@@ -24,7 +25,7 @@ from pixstep.board.upload import LineUpload
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
-from pixstep.server import journal, places, remote, sessions
+from pixstep.server import journal, modbus_tcp, places, remote, sessions
 from pixstep.server.local import LocalModbus
 from pixstep.server.messages import RequestMeaning, meaning_of
 from serverbench import Desk, Raw, beside, until
@@ -253,6 +254,20 @@ def test_a_stop_does_not_wait_for_a_reply_that_does_not_come(slow_desk, terminal
     assert all(map(is_stop, frames[at + 1 : at + 1 + stops]))
     until(lambda: sum(map(is_stop, slow_desk.frames())) == 2 * stops, "the stops again")
     del slow  # it is asked once more when the line has been quiet for its time-out
+
+
+@pytest.mark.parametrize("before", ["stop", "arm"])
+def test_a_plc_gets_the_reply_to_its_stop_whatever_it_wrote_before(desk, before):
+    """Its reply looks like that to another order of late: the stop is asked again, in order."""
+    number = modbus_tcp.Door(desk.server.bus, desk.server.sessions, writes=True).listen(
+        "127.0.0.1", 0
+    )
+    with ModbusTcpClient("127.0.0.1", port=number, timeout=60, retries=0) as plc:
+        plc.write_registers(0x100, [1, regs.COMMANDS[before]], device_id=1)
+        reply = plc.write_registers(0x100, [15, STOP], device_id=1)
+        assert not reply.isError(), reply
+    stops = [frame for frame in desk.frames() if is_stop(frame)]
+    assert len(stops) > 1 and desk.board().axis(0)["axis_state"] == 0
 
 
 def test_a_stop_by_address_does_not_wait_for_an_order_either(slow_desk, terminal):

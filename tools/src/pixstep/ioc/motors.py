@@ -67,6 +67,10 @@ class ServedMotor:
         """Return a field as it is now."""
         if field == "NAME":
             return self.name
+        if not self.is_ready and field in ("STAT", "SEVR"):  # the record itself has not begun
+            return int(self._alarm.status if field == "STAT" else self._alarm.severity)
+        if not self.is_ready and field == "UDF":
+            return 1
         return common.VALUES[field] if field in common.COMMON else self.record[field]
 
     @property

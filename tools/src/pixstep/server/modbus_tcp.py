@@ -7,6 +7,7 @@ The library brings frames and threads; each request goes to the bus as it is, wh
 import itertools
 import threading
 import time
+from dataclasses import replace
 from typing import Any
 
 from pixstep.board import rtu
@@ -102,13 +103,26 @@ class Door:
         tells = unit == 0 and means.writes
         if not (1 <= unit <= LAST_UNIT or tells):
             return _exception(pdu, _NO_ANSWER)
-        answer = self._ask(session, unit, pdu, means, tells=tells)
+        rank = bus.STOP if means.stops else bus.READER
+        answer = self._ask(session, unit, pdu, means, rank, tells=tells)
+        if means.stops and answer.get("heard") and "error" in answer:
+            # The stop went out at once, and its reply may be another one's. A stop may come twice:
+            # the reply to one that waits until the line is clear is surely its own.
+            again = replace(means, stops=0, void_after=0)
+            answer = self._ask(session, unit, pdu, again, bus.FIRST, tells=False)
         if "error" in answer:
             return _exception(pdu, _EXCEPTIONS.get(answer["error"], _NO_PATH))
         return pdu[:_ECHO_BYTES] if tells else bytes.fromhex(answer["pdu"])
 
     def _ask(
-        self, session: ClientSession, unit: int, pdu: bytes, means: RequestMeaning, *, tells: bool
+        self,
+        session: ClientSession,
+        unit: int,
+        pdu: bytes,
+        means: RequestMeaning,
+        rank: int,
+        *,
+        tells: bool,
     ) -> Message:
         """Put a request before the bus, and wait for its answer."""
         came = threading.Event()
@@ -120,7 +134,6 @@ class Door:
 
         number = next(self._numbers)
         session.open.add(number)
-        rank = bus.STOP if means.stops else bus.READER
         patience = self._bus.line.patience
         job = BusRequest(session.name, unit, pdu, means, finish, rank, tells, patience)
         if self._sessions.is_driven(session):
