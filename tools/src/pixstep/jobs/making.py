@@ -97,14 +97,19 @@ def of_image(machine: MachineFile, wanted: AskedImage, asked: JobOptions) -> New
 def of_lines(
     machine: MachineFile, strokes: Mapping[str, Sequence[MotorStroke]],
     places: Sequence[ImagePlace], source: SourceTable, asked: JobOptions,
+    files: Mapping[str, Mapping[str, str]] | None = None,
 ) -> NewJob:  # fmt: skip
-    """Return the job of lines that are there already, one a motor and place."""
+    """Return the job of lines that are there already, one a motor and place.
+
+    `files` are what the files of motors' lines say of themselves, as job.toml has it.
+    """
     copies = Copies.of_machine(machine)
     parts = {
         name: MotorPart(
             JobMotorTable(
                 role="lines", decode=machine[name].kind, backlash=asked.play(machine[name]),
                 profiles=copies.profiles(machine, name, asked.profiles.get(name)),
+                **(files or {}).get(name, {}),
             ),
             strokes[name],
             asked.starts.get(name, 0),
