@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 from pixstep import formats
 from pixstep.errors import RefusedError, UserError
@@ -187,7 +188,7 @@ def _for_another(
     yield from origin.frequency_notes(path, file.header, machine.pixel_hz, refuse=refuse_faster)
 
 
-def _said_of(file: MotionFile) -> dict[str, str]:
+def _said_of(file: MotionFile) -> dict[str, Any]:
     """Return the name of a file, and what it was made for, as job.toml has it."""
     path, header = Path(file.path), file.header
     return {

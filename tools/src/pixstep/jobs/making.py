@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from pixstep.board import capability, values
 from pixstep.errors import AskedText, UserError
@@ -97,7 +98,7 @@ def of_image(machine: MachineFile, wanted: AskedImage, asked: JobOptions) -> New
 def of_lines(
     machine: MachineFile, strokes: Mapping[str, Sequence[MotorStroke]],
     places: Sequence[ImagePlace], source: SourceTable, asked: JobOptions,
-    files: Mapping[str, Mapping[str, str]] | None = None,
+    files: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> NewJob:  # fmt: skip
     """Return the job of lines that are there already, one a motor and place.
 

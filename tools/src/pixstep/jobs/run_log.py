@@ -111,9 +111,7 @@ class History:
                 self.skipped.add(line)
         elif kind == REDO:
             self._settle(line)
-            was = str(event.get("was", NOT_PRINTED))
-            if was != NOT_PRINTED:
-                self.repeated.setdefault(line, []).append(re.split(" of |:", was)[0])
+            self._repeat(line, str(event.get("was", NOT_PRINTED)))
         elif kind == FINISHED:
             self.finished = True
 
@@ -135,6 +133,10 @@ class History:
         if is_running:
             return "running"
         return PAUSED if self.last.get("event") == PAUSED else "broken"
+
+    def _repeat(self, line: int, was: str) -> None:
+        if was != NOT_PRINTED:
+            self.repeated.setdefault(line, []).append(re.split(" of |:", was)[0])
 
     def _settle(self, line: int) -> None:
         if line in self.in_flight:

@@ -207,7 +207,9 @@ def make(session: JobSession, path: Path, *, may_move: bool) -> Result:
             signals.status(error),
         ) from None
     except JobBrokenError as error:
-        raise JobBrokenError(f"{error}; `pixstep job resume {path}` goes on", error.rows) from None
+        raise JobBrokenError(
+            f"{error}; `pixstep job resume {path}` goes on: type it before you home", error.rows
+        ) from None
     data = facts_of(path, session.job, session.told, ended.value)
     reserve = None if math.isinf(session.reserve_px) else round(session.reserve_px, 1)
     if reserve is not None and not session.rests:

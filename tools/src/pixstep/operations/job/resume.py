@@ -20,6 +20,7 @@ from pixstep.operations.result import Page, Result
 if TYPE_CHECKING:
     from pixstep.jobs.job import Job
     from pixstep.jobs.resuming import ResumeVerdict
+    from pixstep.jobs.run_log import History
     from pixstep.jobs.session import JobSession
     from pixstep.machine.files import MachineFile
 
@@ -34,7 +35,9 @@ class JobResume(Prints):
     pixel, or unknown, where a board was reset or is gone. Of broken and unknown lines, at most two,
     nothing is guessed: they are listed, nothing moves, exit status 3, until --redo or --skip says
     what is to become of each. After a hard stop, a reset or a power cut positions do not hold: the
-    motors are homed first.
+    motors are homed first. A pressed emergency stop, a latched fault and a missing pixel
+    clock are named too, and stop it. What boards say is kept in the log; a resume that is refused
+    has decided nothing.
     """
 
     result = RunOfJob
@@ -121,7 +124,7 @@ class JobResume(Prints):
         both = set(self.redo) & set(self.skip)
         if both:
             raise AskedError("line {line}: either {redo} or {skip}", line=min(both))
-        texts = [
+        texts: list[str] = [
             AskedText("line {n} is {text}: {redo} {n} or {skip} {n}", n=one.number, text=one.text)
             for one in verdict.asked
             if one.number not in (*self.redo, *self.skip)
@@ -185,7 +188,7 @@ class JobResume(Prints):
         session.bring(moved)
 
 
-def _to_repeat(told: Any) -> set[int]:
+def _to_repeat(told: History) -> set[int]:
     """Return the lines that are to be printed again, by an earlier resume, and are not yet."""
     return {*told.repeated} - told.printed
 
