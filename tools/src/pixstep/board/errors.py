@@ -43,7 +43,7 @@ class NoReplyError(BoardError):
                 ": check its power, the wiring, its address, rate and parity "
                 "(`pixstep board scan --bauds` looks for boards)"
             )
-        self.brief = f"board {unit}{where}: {text}"
+        self.brief: str = f"board {unit}{where}: {text}"
         super().__init__(f"{self.brief}{cure}")
         self.unit, self.heard = unit, heard
 
