@@ -52,8 +52,8 @@ class AxisRecords(SmallPickle, Shown):
     actual_steps: npt.NDArray[np.int32] = field(repr=False)
     """Position by the steps that were made, from there too."""
     edge_error_ticks: npt.NDArray[np.int32] = field(repr=False)
-    """Edge of the pixel clock minus the planned edge, in ticks of the board's timer; 0 also where no
-    edge came and a locked line went on without one: the board's clock_missing counts those."""
+    """Edge of the pixel clock minus the planned edge, in ticks of the board's timer; 0 also where
+    no edge came and a locked line went on without: the board's clock_missing counts those."""
 
     def __len__(self) -> int:
         """Return the number of records."""

@@ -80,9 +80,9 @@ class AxisRun(SmallPickle, Shown):
     edge_errors_ticks: npt.NDArray[np.float64]
     """Edge minus exact instant, in ticks, of every step."""
     pixels: tuple[PixelRow, ...]
-    """Each pixel edge: its cycle, the steps that the board expected and those that it made. Where no
-    step is due on the edge the cycle is reckoned at the clock's nominal period from a step that is:
-    on a clock that is off, edges of two axes differ by that."""
+    """Each pixel edge: its cycle, the steps that the board expected and those that it made. Where
+    no step is due on the edge its cycle is reckoned from a step that is, at the clock's nominal
+    period: on a clock that is off, edges of two axes differ by that."""
     clock: ClockErrors | None
     """How its pixels kept to the clock; None of a free line, and of one with too few edges."""
 
