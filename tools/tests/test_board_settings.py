@@ -28,7 +28,7 @@ def test_get_everything(one):
     assert (hold["value"], hold["unit"], hold["minimum"], hold["maximum"], hold["default"]) == (
         20, "us", 1, 1000, 20,
     )  # fmt: skip
-    assert "driver's switching on" in " ".join(one.out("get").split())
+    assert "switching a driver on" in " ".join(one.out("get").split())
 
 
 def test_get_of_an_unknown_name_asks_nothing(one):

@@ -379,7 +379,7 @@ def test_q2_wrong_lengths_are_refused_even_with_a_right_checksum(put):
             struct.pack("<I", 168) + header[:84],
             ":1:93: truncated: header text of 168 bytes announced",
         ),
-        (struct.pack("<I", 0) + row + b"\0", ":1:9: 5 bytes of data are no whole number"),
+        (struct.pack("<I", 0) + row + b"\0", ":1:9: 5 bytes of data are not a whole number"),
         (struct.pack("<I", 0), ":1:9: no values"),
         (struct.pack("<I", 168) + header, ":1:177: no values"),
         (struct.pack("<I", 168) + header.replace(b"\r\n", b"\n\r") + row, ":1:49: '\\n\\r' after"),

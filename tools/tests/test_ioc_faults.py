@@ -8,6 +8,7 @@ import json
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 from caproto import AlarmStatus, ChannelType
@@ -205,15 +206,23 @@ def test_a_stop_by_another_program_is_as_stop(world):
 
 
 @only_long
-def test_an_emergency_stop_is_a_fault_of_all_axes_until_it_is_released(world):
+def test_an_emergency_stop_is_a_fault_of_all_axes_until_a_person_clears_it(world):
+    world.begin_server()
     wire = world.begin()
     put = moving(world)
     world.do("estop press")
     assert wire.ended(put) == ""
     until(lambda: Msta.PROBLEM in world.flags(), HANG_S)
     assert world.alarm() == ("STATE", 2)
+    rests = world.steps()
+    target = rests - 100.0
+    wire.put("T:a.VAL", target)  # while it is pressed
     world.do("estop release")
-    target = world.steps() - 100.0
+    wire.put("T:a.VAL", target)
+    time.sleep(2)  # of the bench's time, in which a retry would have come
+    assert world.steps() == rests and world.alarm() == ("STATE", 2)
+    for field, value in (("SET", 1), ("FOFF", 1), ("VAL", float(rests)), ("SET", 0), ("FOFF", 0)):
+        wire.put(f"T:a.{field}", value)  # a person says where the motor is
     until(lambda: wire.put("T:a.VAL", target) == "" and world.steps() == target, HANG_S)
     assert world.alarm() == ("NO_ALARM", 0)
     goes_on(world)

@@ -118,7 +118,7 @@ def test_a_position_that_was_set_is_kept_with_the_boards_count(
 def test_a_file_that_is_none_is_refused_by_name(tmp_path, text):
     path = tmp_path / "ioc.json"
     path.write_text(text)
-    with pytest.raises(UserError, match=r"ioc\.json: is no file of `pixstep ioc`"):
+    with pytest.raises(UserError, match=r"ioc\.json: is not a file of `pixstep ioc`"):
         Saved(path)
 
 

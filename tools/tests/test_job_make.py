@@ -293,7 +293,7 @@ def making_of_table(machine, path):
         ("2,1.6,", "2,2.4,", r"t.csv:5: column 2 'M40 \[deg\]': '2.4': the line begins 10 steps"),
         ("2,0,0.0025", "3,0,0.0025", "a line has two rows at least"),
         ("2,1.6", "4,1.6", "lines are numbered one by one: 2"),
-        ("M40 [deg]", "M40 [mrad]", "'mrad' is no unit"),
+        ("M40 [deg]", "M40 [mrad]", "'mrad' is not a unit"),
         ("M40 [deg]", "M40 [mm]", "needs a motor's steps per mm"),
         ("1,0.8", "1,x", "not a number"),
         ("M40 [deg],M41_mm", "a_deg,b_mm", "no column is called as a motor"),

@@ -142,7 +142,7 @@ def test_a_motor_that_is_turned_round_says_when_it_is_not(load):
         ("steps\n4\n4.5\n", {}, ":3: column 1 'steps': '4.5': not a whole number of steps"),
         ("steps\n4\n16384\n", {}, ":3: column 1 'steps': '16384': 16384 steps in a pixel, the"),
         ("pos_mm\n0\n50\n", {}, ":3: column 1 'pos_mm': '50': 20000 steps in a pixel"),
-        ("pos_mm\n0\n", {}, ":2: column 1 'pos_mm': '0': one position is no motion"),
+        ("pos_mm\n0\n", {}, ":2: column 1 'pos_mm': '0': one position is not a motion"),
         ("x_mm,y_mm\n0,0\n1,1\n", {}, ":2: 2 columns (x_mm, y_mm): choose one by column"),
         ("date\n1.2.2024\n2.2.2024\n", {}, ":2: 1 column (date): no numbers to import"),
         ("x_mm,y_mm\n0,0\n1,1\n", {"column": "z"}, ": there is no column 'z': x_mm, y_mm"),

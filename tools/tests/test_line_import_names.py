@@ -136,7 +136,7 @@ def test_what_is_no_unit_is_refused_with_its_words(load, header, words):
         load(header)
     said = str(refused.value)
     place = f"own.csv:2: column 1 {header.removeprefix('# ')!r}: "
-    assert f"{place}{words} is no unit: unit steps|nm|um|" in said
+    assert f"{place}{words} is not a unit: unit steps|nm|um|" in said
     assert "in|arcsec|arcmin|deg|°|rev, of speeds also those per px|us|ms|s|min" in said
     assert load(header, unit="steps", quantity="speed").line.counts == (600, 600)
 
@@ -163,7 +163,7 @@ def test_times_in_microseconds(load, header):
 
 @pytest.mark.parametrize("header", ["t [h]", "time_ns", "t (mm)"])
 def test_times_in_what_is_no_time(load, header):
-    with pytest.raises(UserError, match="is no unit of time: expected us, ms, s, min"):
+    with pytest.raises(UserError, match="is not a unit of time: expected us, ms, s, min"):
         load(f"{header},pos_mm", "0,0\n1000,0.01\n")
 
 

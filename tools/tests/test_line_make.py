@@ -180,6 +180,19 @@ def test_advice_and_refusals_of_a_line_that_turns(pixstep, tmp_path):
     assert "--turn: --pixels 3 at least" in told
 
 
+def test_a_plain_line_without_a_ramp_is_constant(pixstep, tmp_path):
+    words = ("line", "make", "--speed", 200, "--pixel-hz", 30, "--machine", "none")
+    told = pixstep(*words, "--decode", "plain", "--pixels", 50, "-o", "a.csv")
+    assert "50 pixels, 0 accelerating, image from pixel 1, 10000 steps" in told
+    assert list(formats.read_csv(tmp_path / "a.csv").values) == [200] * 50
+    for more, why in (
+        (("--pixels", 50), "a line needs --profile or --max-acceleration"),
+        (("--decode", "plain", "--length", 500), "--length, --max-jerk: only with"),
+        (("--decode", "plain", "--pixels", 5, "--lead-in", 5), "need at least 6"),
+    ):
+        assert why in pixstep(*words, *more, "-o", "b.csv", status=2)
+
+
 def test_a_file_of_many_lines(pixstep, tmp_path):
     words = ("line", "make", "--decode", "smooth", "--pixel-hz", 100, "--speed", 40,
              "--max-acceleration", 10, "--pixels", 20, "--backlash", 8)  # fmt: skip

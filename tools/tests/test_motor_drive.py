@@ -11,13 +11,19 @@ import pytest
 import pixstep as px
 from drive_bench import STOP, Watched, counter, driven, home, jog, move, rising_s, speeds
 from effort import cases
-from pixstep.board import settings
+from pixstep.board import boards, settings
 from pixstep.motor_drive import BusDrives, DrivenMotor
 from pixstep.motor_record.traffic import MotorCommand, Msta, Verb
 from pixstep.moves.trapezoid import MoveKinematics, Trapezoid
 
 pytestmark = pytest.mark.usefixtures("simulator")
 QUIET_S = 0.3
+
+
+def turn_estop(bus, *, pressed):
+    """Press or release the emergency stop of the first board."""
+    pin = next(pin for pin in boards.load("mega").pins if pin.signal == "ESTOP")
+    bus.link.simulator.pin(0, pin.port, pin.bit, int(not pressed))
 
 
 def at_rest(motor, position):
@@ -389,6 +395,65 @@ def test_a_line_that_others_run_is_seen():
         assert at_rest(motor, 1200) and motor.edges() == 1200
         motor.obey(move(0))
         assert at_rest(motor, 0) and not motor.drive.problem
+
+
+@pytest.mark.parametrize("by_position", [True, False])
+@pytest.mark.parametrize("asked", [move(20_000, 3000), jog(3000)])
+def test_nothing_moves_because_the_emergency_stop_was_released(asked, by_position):
+    """Nor by a new target: a person clears the stop, or homes."""
+    with driven(["mega"], [(1, 0)]) as (bus, drives, watched):
+        motor, drive = watched["1.0"], drives["1.0"]
+        motor.obey(asked)
+        bus.let_pass(1.5)
+        turn_estop(bus, pressed=True)
+        motor.settle()
+        made, here = motor.edges(), motor.last.position_steps
+        for pressed in (True, False):
+            turn_estop(bus, pressed=pressed)
+            for again in (asked, move(here - 50)):
+                motor.obey(again)
+                motor.settle()
+                bus.let_pass(QUIET_S)
+                assert motor.edges() == made and drive.stopped_elsewhere
+                assert "emergency stop" in drive.problem and Msta.PROBLEM in motor.last.flags
+        if by_position:
+            motor.obey([MotorCommand(Verb.LOAD_POS, here)])
+        else:
+            bus.board(1).clear_fault()
+        bus.let_pass(QUIET_S)
+        assert motor.edges() == made
+        motor.obey(move(here - 50))
+        motor.settle()
+        assert motor.last.position_steps == here - 50 and not drive.problem
+
+
+def test_a_position_that_is_set_while_the_emergency_stop_is_pressed_is_no_release():
+    with driven(["mega"], [(1, 0)]) as (bus, drives, watched):
+        motor = watched["1.0"]
+        for pressed in (True, False):
+            turn_estop(bus, pressed=pressed)
+            bus.let_pass(QUIET_S)
+            if pressed:
+                motor.obey([MotorCommand(Verb.LOAD_POS, 7)])
+            motor.obey(move(500))
+            motor.settle()
+            bus.let_pass(QUIET_S)
+            assert motor.edges() == 0 and drives["1.0"].stopped_elsewhere, (
+                pressed,
+                drives["1.0"].problem,
+            )
+
+
+def test_homing_clears_an_emergency_stop_that_was_released():
+    with driven(["mega"], [(1, 0)], plants={(1, 0): PLANTS[1, 0]}) as (bus, drives, watched):
+        motor = watched["1.0"]
+        for pressed in (True, False):
+            turn_estop(bus, pressed=pressed)
+            bus.let_pass(QUIET_S)
+            motor.obey(home(Verb.HOME_FOR))
+            motor.settle()
+            assert (Msta.HOMED in motor.last.flags) != pressed
+        assert motor.last.position_steps == 0 and not drives["1.0"].problem
 
 
 @pytest.mark.parametrize("asked", [move(20_000, 3000), jog(3000)])

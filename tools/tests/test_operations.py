@@ -227,7 +227,7 @@ def test_results_and_errors_go_through_a_pool():
 def test_an_error_that_quotes_braces_goes_through_a_pool(tmp_path):
     table = tmp_path / "{x}.csv"
     table.write_text("p1,p2\n0,0\n1,2\n5,3\n")
-    with pytest.raises(AskedError, match=r"\{x\}.*: is no circle, so transition is") as raised:
+    with pytest.raises(AskedError, match=r"\{x\}.*: is not a circle, so transition is") as raised:
         ops.trajectory_compensate(table, play=3, pixel_hz=30, output=tmp_path / "made.csv")
     copied = pickle.loads(pickle.dumps(raised.value))
     assert type(copied) is AskedError and str(copied) == str(raised.value)

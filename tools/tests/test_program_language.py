@@ -122,7 +122,7 @@ BAD = {
     "TM9 X(P3)": "1:5: X(P3): P3 has no value yet: give it one, P3=...",
     "X(1/0)": "1:1: X(1/0): division by 0",
     "X(5%0)": "1:1: X(5%0): rest of a division by 0",
-    "X(SQRT(0-1))": "1:1: X(SQRT(0-1)): SQRT(-1) is no number",
+    "X(SQRT(0-1))": "1:1: X(SQRT(0-1)): SQRT(-1) is not a number",
     "X(EXP(1000))": "1:1: X(EXP(1000)): the result is too large",
     "P9000=1": "1:1: P9000=1: there is no variable P(9000): 0 to 8191",
     "P(1/2)=1": "1:1: P(1/2)=1: there is no variable P(0.5): 0 to 8191",
@@ -140,7 +140,7 @@ BAD = {
     "OPEN PROG 1\nOPEN PROG 2": "2:1: OPEN: stands once, before all statements",
     "TA5\nCLEAR": "2:1: CLEAR: stands once, before all statements",
     "OPEN PROG 1\nCLOSE\nTA5": "3:1: 'TA5': the program ends at CLOSE, a file has one",
-    "\ufffd\ufffdT\0A\0": "1:1: this is no UTF-8: save the program as UTF-8",
+    "\ufffd\ufffdT\0A\0": "1:1: this is not UTF-8: save the program as UTF-8",
 }
 
 

@@ -98,7 +98,7 @@ def test_show_of_a_table_that_is_no_circle(pixstep, put, tmp_path):
     output = pixstep(*words, "--transition", 3, "--plot", "own.png")
     assert "original: load at most 9 and 0 counts off" in output
     assert (tmp_path / "own.png").read_bytes().startswith(b"\x89PNG")
-    assert "own.csv: is no circle, so --transition is needed" in pixstep(*words, status=2)
+    assert "own.csv: is not a circle, so --transition is needed" in pixstep(*words, status=2)
 
 
 @pytest.mark.parametrize(

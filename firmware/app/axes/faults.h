@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The first fault since the last clear, with its place, and the mask of all faults since then. A
-// fault switches the permit off and halts every axis. Main loop only.
+// fault switches the permit off, halts every axis and drops the start token. Whoever notices
+// something wrong latches it here by its name; the registers and the event log show it. Main loop
+// only: the emergency stop's interrupt halts the axes by itself (hal/estop.h), and its fault is
+// latched in the next round.
 //
 //     fault 1, fault 3, fault 1 ...    record: code, axis, argument and pixel of the first one
 //                                      mask:   bit 1 and bit 3
@@ -13,6 +16,7 @@
 #include "base/names.h" // enum fault
 #include "config.h"     // CONFIG_INDEX
 
+// faults.c alone writes it.
 struct fault_record {
     // enum fault, the first since the last clear.
     uint8_t code;
@@ -29,17 +33,21 @@ struct fault_record {
 // No fault.
 void faults_start(void);
 
-// Switch the permit off, halt every axis and latch the fault.
+// Switch the permit off, halt every axis and latch the fault. axis: 0..CONFIG_AXES-1; argument: as
+// faults.def says for this fault. May be called again at any time: the record keeps the first
+// fault, the mask takes every one. The axis's pixel is taken from its account as it is.
 void faults_latch_at(enum fault code, uint8_t axis, uint16_t argument);
 
-// The same. Where there is one axis, no call says which.
+// faults_latch_at(); with a single axis the compiler sees that the axis is 0.
 static inline void faults_latch(enum fault code, uint8_t axis, uint16_t argument)
 {
     faults_latch_at(code, CONFIG_INDEX(axis), argument);
 }
 
-// The same with the argument 0.
+// faults_latch_at() with the argument 0.
 void faults_latch_plain_at(enum fault code, uint8_t axis);
+
+// faults_latch() with the argument 0.
 
 static inline void faults_latch_plain(enum fault code, uint8_t axis)
 {
@@ -53,18 +61,18 @@ void faults_latch_underrun(uint8_t axis);
 // This axis made steps that nobody requested: latch the fault and request a restart of time.
 void faults_latch_stray(uint8_t axis);
 
-// What is latched.
+// What is latched; the object lasts as long as the program.
 const struct fault_record *faults_record(void);
 
-// A fault is latched.
+// True when a fault is latched.
 static inline bool faults_any(void)
 {
     return faults_record()->code != FAULT_none;
 }
 
-// The timers and the ledgers disagree: axes_advance_rested() and time_check_start() must run before
-// the fault is cleared.
+// True when the timers and the ledgers disagree: axes_advance_rested() and time_check_start() must
+// run before the fault is cleared.
 bool faults_time_lost(void);
 
-// Forget the faults, once every axis is at rest and time was restarted where it was lost.
+// Forget the faults. Only once every axis is at rest, and time was restarted where it was lost.
 void faults_clear(void);

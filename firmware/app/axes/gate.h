@@ -4,12 +4,16 @@
 // one (token.h). Main loop only.
 //
 //     clock      |_|_|_|_|_|_|_|_|_|_|_|_|_|_|_|______________________|_|_|_|_|_|_|_
-//                ^ first edge      ^ line zero, gate_edges behind it  ^ first edge
+//                ^ first edge      ^ line zero, gate_edges after it   ^ first edge
 //     line        ..... armed .....|-- pixels --|.. the next one: armed ..
 //
-// A line that is armed waits for the first edge of a burst, however long. A line that is queued
-// behind another one is armed by the board as soon as that one is done, which may be some edges
-// after the next burst has begun: the burst's line zero must still be ahead, or it is a fault.
+// A line that is armed waits for the first edge of a burst, however long. The board arms a line
+// that is queued after another one as soon as the other one is done, which may be some edges after
+// the next burst has begun: the burst's line zero must still be ahead, or the board latches a
+// fault.
+//
+// The module decides what an edge or a silence of the clock means; clock_edges.c asks it for each
+// edge and each time-out, round.c at the end of each line.
 #pragma once
 
 #include <stdbool.h>
@@ -19,41 +23,51 @@
 
 #if FEATURE_GATE
 
-// The clock is gated.
+// True when the settings say that the clock is gated: `gate_edges` is not 0.
 bool gate_on(void);
 
-// Line zero is far enough behind the first edge of a burst for a line to get its place in between.
+// True when line zero is far enough after the first edge of a burst for a line to get its place in
+// between, or when the clock is not gated.
 bool gate_fits(void);
 
-// This axis, whose line waits for the clock or follows it, can do without the clock: it waits for a
-// burst, or its line has made all its steps.
+// True when this axis, whose line waits for the clock or follows it, can do without the clock: it
+// waits for a burst, or its line has made all its steps. False once a burst has named line zero.
+// May advance the axis's account.
 bool gate_spares(uint8_t axis);
 
-// A line of this axis is over. When the burst is over, too, it must have had the edge that ends the
-// line: a fault else, since the burst was too short, or its first edge was missing.
+// A line of this axis is over. When its burst ends, the burst must have had the edge that ends the
+// line. Else the burst was too short, or its first edge was missing, and gate_rest() or
+// gate_begins() latches fault pixel_clock_missing.
 void gate_line_done(uint8_t axis);
 
-// No edge has come for longer than edges of a burst are apart. Again in each round.
+// No edge has come for longer than edges of a burst are apart: the burst is over, and its lines are
+// judged. In each round while that is so.
 void gate_rest(void);
 // Edges are not seen: nobody knows whether the clock rests.
 void gate_unsure(void);
-// An edge came at edge_ticks, and is to be taken next; no line needs the clock. Returns true when
-// the edge is the first one of a burst.
+// An edge came at edge_ticks, ticks since the timers started, and is to be taken next; no line
+// needs the clock. Returns true when the edge is the first one of a burst: the burst before is then
+// judged, and the clock's phase begins again.
 bool gate_begins(uint32_t edge_ticks);
-// An edge came and cannot be placed. Returns true when it is the first one of a burst.
+// An edge came and cannot be placed in time. Returns true, once for each rest, when the edge is the
+// first one of a burst.
 bool gate_begins_unplaced(void);
-// The newest edge came too soon. While lines wait nobody can tell then where a short rest was.
+// True when the newest edge came too soon after the edge before. Nobody can tell then where a short
+// rest was.
 bool gate_edge_is_early(void);
-// The newest edge is the first one of a burst: name line zero.
+// The newest edge is the first one of a burst: name line zero, `gate_edges` edges later.
 void gate_name_zero(void);
 
-// An axis whose line before is not accounted for yet has another one for the burst that has begun.
+// True when a burst has named line zero while an axis still runs whose next line waits for that
+// burst.
 bool gate_overruns(void);
-// The front line of an axis that has just finished one is to be armed.
+// True when the front line of this axis, which has just finished a line, is to be armed for the
+// next burst. The caller arms it.
 bool gate_arms_next(uint8_t axis);
 
 #else
 
+// Without FEATURE_GATE the clock is never gated.
 static inline bool gate_on(void)
 {
     return false;

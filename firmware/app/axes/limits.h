@@ -13,13 +13,15 @@
 // checked against the old limits. No line is the reference afterwards.
 void limits_apply_settings(void);
 
-// The same for the check of a line alone: the clock goes on being measured. When the settings are
-// those of before again, or by limits_apply_settings(), the trial is over.
+// Compute the same for the check of one line alone: the clock goes on being measured as before. The
+// trial must end: by this function again, after the caller has restored the settings, or by
+// limits_apply_settings().
 void limits_try_settings(void);
 
-// The limits of a line that is queued for this axis, times in ticks: those of an axis alone, since
-// arming tells which axes move together; for an axis that is armed or moves, those of all that are.
-// Valid until the next call.
+// The limits of a line that is queued for this axis, times in ticks. For an axis that is neither
+// armed nor running: the limits of an axis alone, since only arming tells which axes move together.
+// Else the limits of all axes that are armed or running. Valid until the next call.
 const struct line_limits *limits_of(uint8_t axis);
-// The limits of so many axes that move together; of none as of one.
+// The limits of `axes` axes that move together; of none as of one. Valid until the next call of
+// either function.
 const struct line_limits *limits_together(uint8_t axes);

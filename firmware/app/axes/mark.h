@@ -8,6 +8,9 @@
 //     board 1   5300      5301      5302      5303      the mark lies at 5302.4
 //     board 2   471       472       473       474       at 473.4: 4829 edges fewer
 //     bus                      [mark]   ^ its end
+//
+// The registers show the struct; clock_edges.c and start.c report what happens to the clock and to
+// lines, the command table the mark itself.
 #pragma once
 
 #include <stdbool.h>
@@ -15,10 +18,11 @@
 
 #include "config.h" // FEATURE_TOKENS
 
+// The functions below alone write it.
 struct mark {
-    // When the command ended, units of the coarse clock (hal/clock.h).
+    // When the command ended, units of the coarse clock (hal/clock.h); wraps.
     uint32_t units;
-    // When the timers started, by the same clock.
+    // When the timers started, units of the same clock.
     uint32_t started_units;
     // Number of the edge that is line zero of the line that began last.
     uint16_t zero_edge;
@@ -36,16 +40,16 @@ struct mark {
 const struct mark *mark_now(void);
 
 // A command ended just now that asks for a mark: the newest byte of the bus was its last one. What
-// the clock did before no longer counts.
+// the clock did before no longer counts. The mark lies at the end of that byte, not at this call.
 void mark_set(void);
 
-// The timers started just now.
+// The timers started just now. Once for each start of time.
 void mark_started(void);
 
 // The clock was disturbed: an edge came at an odd distance, could not be placed or was lost, or the
 // clock has come to rest. Nobody can tell any more whether this board has counted as the others
-// have. Of a lock only what its filter cannot make good: a clock that is another one, and a false
-// edge among the first ones after a rest.
+// have. With lines that are locked to the clock, only what the filter cannot make good disturbs: a
+// clock of another frequency, and a false edge among the first ones after a rest.
 void mark_disturb(void);
 
 // Lines begin on the clock edge of this number (reference_number()): what register zero_edge shows
@@ -54,7 +58,7 @@ void mark_zero(uint16_t edge);
 
 #else
 
-// There are no registers that show it.
+// Without FEATURE_TOKENS there are no registers that show a mark.
 static inline const struct mark *mark_now(void)
 {
     return 0;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The pixel clock as this board knows it: the exact period that lines are decoded with, when clock
-// edges came, and when the reference line had planned them. Main loop only.
+// edges came, and when the reference line had planned them. app/motion/clock_edges.c brings the
+// edges; whoever starts, locks or judges lines asks here. The module holds the board's clock_watch
+// and configures the board's lock_grid. Main loop only.
 //
 //     planned edges     |0        |1        |2        |3      reference_follow(); 0: line zero
 //     edges            |          |          |        |       reference_edge()
@@ -15,16 +17,17 @@
 #include "axis/axis.h"         // struct axis
 #include "clock/clock_watch.h" // struct clock_watch
 
-// Use the periods of the settings. reference_measure_anew() must follow where they stay.
+// Use the periods of the settings, which were checked. reference_measure_anew() must follow where
+// the settings stay as they are.
 void reference_apply_settings(void);
 
 // Measure the clock from the beginning, for lines with these settings. No line is the reference
 // afterwards.
 void reference_measure_anew(void);
 
-// The exact period of the clock's edges, as the settings say it,
+// The exact period of the clock's edges, by the settings. The object lasts as long as the program.
 const struct pixel_period *reference_period(void);
-// and that of a pixel: so many of them as setting `divider` says.
+// The exact period of a pixel: as many of the clock's edges as setting `divider` says.
 const struct pixel_period *reference_pixel(void);
 // The number of edges seen, the newest edge and its error.
 const struct clock_watch *reference_watch(void);
@@ -32,23 +35,25 @@ const struct clock_watch *reference_watch(void);
 // True when the time of the newest edge is known and the clock does not rest.
 bool reference_present(void);
 
-// An edge came at edge_ticks (ticks since the timers started). Returns true when the edge belongs
-// is a pixel edge of the reference line; *pixel is then its number (clock_watch_edge()). A line
-// that is locked to the clock leaves out glitches.
+// An edge came at edge_ticks (ticks since the timers started). Returns true when the edge is a
+// pixel edge of the reference line, or of the locked lines' grid; *pixel is then its number. With
+// lines that are locked to the clock a glitch changes nothing but the counters. Edges come in the
+// order of time, each of them once.
 bool reference_edge(uint32_t edge_ticks, uint16_t *pixel);
 
 // The number of the newest clock edge; it wraps. With lines that are locked to the clock it counts
 // edges that were bridged and leaves false ones out; else it counts what came, lost edges included.
 uint16_t reference_number(void);
 
-// From the edge that gives a line its place to line zero, in clock edges: by the settings alone, so
-// that it is the same whatever the board is doing.
+// Number of clock edges from the edge that gives a line its place to line zero. The number follows
+// from the settings alone, so that it is the same whatever the board is doing.
 uint8_t reference_place_edges(void);
 
-// So many edges came and were lost.
+// `edges` edges came and were lost: count them.
 void reference_count_lost(uint8_t edges);
 
-// The clock has run long enough for lines to be locked to it, or did before it came to rest.
+// True when the clock has run long enough for lines to be locked to it, or had run for so long
+// before it came to rest.
 bool reference_settled(void);
 
 // An edge came whose time is not known. The clock is alive, but no distance to the next edge can be

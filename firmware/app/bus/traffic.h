@@ -18,7 +18,7 @@ struct server_counters *traffic_counters(void);
 // Add this number of bytes that the receiver lost to the counter rx_overruns.
 void traffic_count_overruns(uint8_t bytes);
 
-// A request to this board, or to all boards, is being served: the bus time-out begins anew. Not
+// A request to this board, or to all boards, is being served: the bus time-out begins again. Not
 // called in listen-only mode, in which no request is executed.
 void traffic_note_request(void);
 

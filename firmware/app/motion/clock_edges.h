@@ -2,6 +2,10 @@
 // Edges of the pixel clock. Each edge gets its time, is compared with the plan of the running line,
 // and starts armed axes. An edge that is lost, mistimed or missing is a fault of the axes that need
 // the clock. Main loop only.
+//
+//     captured edge --> time, by the account --> reference.h --> records of the axes
+//                                                     |
+//                                                     +-------> start.h: armed axes
 #pragma once
 
 #include <stdbool.h>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // A seek: an axis moves until its home switch closes or opens. The switch's first edge is captured
-// to the tick and counts when the filter confirms it. One axis at a time. Main loop only.
+// to the tick and counts when the filter confirms it. One axis at a time. Command arm begins a seek
+// with its line; the round polls it; command zero makes the captured place position 0. Main loop
+// only.
 //
 //     switch    ______/~\/~~~~~~~~~~~~~~~~~~~~~~~
 //                     ^ captured  |-- filter --|
@@ -17,8 +19,9 @@
 
 #include "config.h" // CONFIG_*, FEATURE_HOMING
 
+// How the seek ended, as the registers show it.
 enum trip_code {
-    // No edge is confirmed yet, or no seek was made.
+    // No edge is confirmed yet, or no seek was made, or the seek ended without one.
     TRIP_NONE = 0,
     // The switch closed: the position is that of the edge.
     TRIP_CLOSED = 1,
@@ -28,12 +31,13 @@ enum trip_code {
     TRIP_ALREADY = 3,
 };
 
+// seek.c alone writes it.
 struct seek {
     // The axis that seeks now, NO_AXIS if none.
     uint8_t axis;
     // The switch must open, else close.
     bool opening;
-    // An edge was captured and is not confirmed yet.
+    // An edge was captured and was not found to be a disturbance.
     bool captured;
     // Axis of the last seek.
     uint8_t trip_axis;
@@ -41,25 +45,28 @@ struct seek {
     uint8_t trip_code;
     // When the last edge was taken, low 16 bits of clock_now_units().
     uint16_t captured_units;
-    // Time of the edge, ticks since the timers started.
+    // Time of the first edge, ticks since the timers started; wraps.
     uint32_t ticks;
-    // Position at the edge.
+    // Position at that edge, steps; 0 after seek_zero().
     int32_t position_steps;
 };
 
 #if FEATURE_HOMING
 
-// No seek, and no result of one. Capturing is off.
+// No seek, and no result of a seek. Capturing is off. Once at reset.
 void seek_start(void);
 
 // The running seek, or the result of the last one.
 const struct seek *seek_now(void);
 
-// The axis's front line is a seek and is about to be armed: capture its switch from now on.
-// opening: the seek ends when the switch opens, else when it closes.
+// The axis's front line is a seek and is about to be armed: capture its switch from now on. The
+// result of the last seek is forgotten. opening: the seek ends when the switch opens, else when it
+// closes. Only while no axis seeks.
 void seek_begin(uint8_t axis, bool opening);
 
-// Take the captured edge, confirm it, and end the seek when its line is over. Once a round.
+// Take the captured edge, confirm it, and end the seek when its line is over. A seek whose line
+// ends without a confirmed edge latches fault home_not_found, or home_stuck where the switch should
+// open; not after a stop. Once a round.
 void seek_poll(void);
 
 // True when the timer input that captures the pixel clock captures the switch now.
@@ -76,13 +83,15 @@ bool seek_edge_waits(uint8_t axis);
 // True when the seek samples this axis in the capture's interrupt: the axis must not be parked.
 bool seek_needs_interrupts(uint8_t axis);
 
-// True when the last seek was this axis's, and it ended with a confirmed edge.
+// True when no axis seeks, the last seek was this axis's, and it ended with a confirmed edge.
 bool seek_can_zero(uint8_t axis);
-// Make the place of that edge the axis's position 0.
+// Make the place of that edge the axis's position 0. Only when seek_can_zero(), for an axis at
+// rest.
 void seek_zero(uint8_t axis);
 
 #else
 
+// Without FEATURE_HOMING no axis seeks: the check of lines refuses seeks.
 static inline void seek_start(void)
 {
 }

@@ -20,20 +20,21 @@
 // filled their rings.
 void start_on_edge(uint32_t edge_ticks);
 
-// Every axis that waits for a clock edge can begin: it is decoded ahead, its driver has settled,
-// and the clock is known where lines are locked to it.
+// True when every axis that waits for a clock edge can begin: it is decoded ahead, its driver has
+// settled, and the clock is known where lines are locked to it.
 bool start_ready(void);
 
 #if FEATURE_TOKENS
-// Release the axes that wait for a token. Lines that do not wait for the clock begin at once. Those
-// that do, wait for their edge for as long as the clock rests; from the clock's first edge on it
-// must go on without a flaw. Lines that wait for the clock begin on this edge; where that
-// cannot be, because an axis is not ready or the edge has passed, it is a fault.
+// Release the axes that wait for a token. Lines that do not wait for the clock begin at once. Lines
+// that wait for the clock begin on the clock edge of this number. They wait for that edge as long
+// as the clock rests; from the clock's first edge on the clock must go on without a flaw. Where the
+// lines cannot begin on that edge, because an axis is not ready or the edge has passed, the board
+// latches a fault.
 void start_go(uint16_t edge);
 #endif
 
-// Lines wait for a clock that rests, and may do so for long: nobody has released them yet, or they
-// were released for an edge still to come.
+// True when lines wait for a clock that rests, and may do so for long: nobody has released them
+// yet, or they were released for an edge still to come.
 bool start_may_wait(void);
 
 // This armed axis does not wait for the pixel clock: it starts as soon as it can.
@@ -65,6 +66,6 @@ bool start_clocked_axis_runs(void);
 // work must wait.
 bool start_near(void);
 
-// Release axes whose line zero is near. Once a round; again at once, behind the clock edges that
-// wait, if the function returns false: such an edge held an axis up.
+// Release axes whose line zero is near. Once a round. Returns false when a clock edge that waits
+// held an axis up: the caller takes the edges and calls this function again at once.
 bool start_poll(void);

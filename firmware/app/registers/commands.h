@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The commands of a host: one table with the condition and the action of each. An order (a command
 // with its axes and its argument) is checked as a whole before any part of it is carried out; a
-// refused order changes nothing. Registers and coils use the same table. Main loop only.
+// refused order moves, queues and switches nothing. Registers and coils use the same table. Main
+// loop only.
+//
+//     order --> commands_possible(), for every axis --> commands_act(), for every axis
+//                      |
+//                      +--> no: exception reply, nothing is carried out
 #pragma once
 
 #include <stdbool.h>
@@ -10,33 +15,38 @@
 #include "build_features.h" // FEATURE_GATE
 
 enum command {
+    // Nothing; always possible.
     COMMAND_NONE = 0,
     // Decode the front line ahead; with an argument, wait for that token.
     COMMAND_ARM = 1,
-    // Disarm axes and discard their lines; none of them may run.
+    // Disarm axes and discard their lines; none of them may run or be in FAULT.
     COMMAND_DISARM = 2,
     // End motion at once and discard what is queued; the permit goes off.
     COMMAND_STOP = 3,
-    // Forget the latched faults; every axis must be at rest.
+    // Forget the latched faults and discard the lines of axes in FAULT; every axis must be at rest.
     COMMAND_CLEAR_FAULT = 4,
-    // Discard the axes' lines; none of them may run.
+    // Discard the axes' lines; none of them may run or be in FAULT.
     COMMAND_DISCARD = 5,
-    // Switch drivers on or off; off needs an axis at rest.
+    // Switch drivers on.
     COMMAND_ENABLE = 6,
+    // Switch drivers off; each axis must be at rest, unarmed and not in FAULT.
     COMMAND_DISABLE = 7,
     // Make the place of the captured home switch's edge position 0.
     COMMAND_ZERO = 8,
-    // Switch the permit output on or off.
+    // Switch the permit output on; no fault and no emergency stop may be latched.
     COMMAND_PERMIT_ON = 9,
+    // Switch the permit output off.
     COMMAND_PERMIT_OFF = 10,
-    // Store the settings, or replace them by the defaults; both need the key.
+    // Store the settings. Needs the key; no line may be queued, no record be on its way.
     COMMAND_STORE = 11,
+    // Replace the settings by the defaults, under the same conditions.
     COMMAND_DEFAULTS = 12,
     // Release the axes that wait for this token; another token is a fault. Lines that wait for the
     // pixel clock begin on the edge that the order names.
     COMMAND_GO = 13,
     // Note which clock edge was the newest one when this command ended.
     COMMAND_MARK = 14,
+    // The largest code.
     COMMAND_LAST = COMMAND_MARK,
 };
 
@@ -59,22 +69,25 @@ struct order {
     uint16_t tag;
 };
 
-// True when the order can be carried out now, for every axis that it names.
+// True when the order can be carried out now, for every axis that it names. The order's command
+// must be COMMAND_LAST at most; disarm and stop may name axes that the board does not have. Changes
+// nothing.
 bool commands_possible(const struct order *order);
 
-// Carry out an order that is possible.
+// Carry out an order for which commands_possible() was true just now.
 void commands_act(const struct order *order);
 
-// The last order that commands_give() carried out.
+// The last order that commands_give() carried out; all 0 after a reset.
 const struct order *commands_last(void);
 
-// Check an order, then carry it out and remember it. Returns false and changes nothing when the
-// order is not possible.
+// Check an order, then carry it out and remember it. Returns false when the order is not possible.
+// Nothing was carried out then. One thing changes: an arming that would be too fast for the axes
+// that move together writes the reason into line_error of the first axis that is too fast.
 bool commands_give(const struct order *order);
 
 #if FEATURE_GATE
-// Arm the axis's front line, whose line before is done, if the line can be armed now. Nothing else
-// changes: a clock edge that is named stays so.
+// Arm the axis's front line, whose line before is done, if the line can be armed now. A clock edge
+// that is named stays named.
 void commands_arm_next(uint8_t axis);
 #else
 static inline void commands_arm_next(uint8_t axis)

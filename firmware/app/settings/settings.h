@@ -16,10 +16,15 @@
 
 #include "clock/pixel_period.h" // struct pixel_period
 
-// Setting `sync`.
-#define SYNC_FREE  0u // no line waits for the clock
-#define SYNC_START 1u // line zero is on a clock edge
-#define SYNC_LOCK  2u // and all pixel edges behind it
+// The values of setting `sync`.
+//
+// No line waits for the clock.
+#define SYNC_FREE 0u
+// Line zero of a line that waits for the clock is on a clock edge; from there on the line keeps the
+// time of the settings.
+#define SYNC_START 1u
+// Line zero and all pixel edges after it are on clock edges.
+#define SYNC_LOCK 2u
 
 // Version of the record's layout: a record with another version is not loaded.
 #define SETTINGS_VERSION 1u
@@ -74,26 +79,30 @@ struct settings {
 #undef COUNT_u16
 #undef COUNT_u32
 
-// The settings in use. Their ranges were checked when they were loaded or written.
+// The settings in use. Their ranges were checked when they were loaded or written. The object lasts
+// as long as the program; whoever keeps something that follows from it computes it again in
+// limits_apply_settings().
 const struct settings *settings_now(void);
 
-// Set every word to its default of registers.def; the record's head stays.
+// Set every word to its default of registers.def; the record's head stays. Only while no line is
+// queued and no record is being stored; limits_apply_settings() must follow.
 void settings_set_defaults(void);
 
 // Apply the address strap of the board: 0 keeps the address setting, any other value overrides it
-// until the next reset.
+// until the next reset. Once, after the settings were loaded.
 void settings_override_address(uint8_t address);
 
 // True when every word is within its limits, and when the baud rate, the pixel frequency and the
 // length of a pixel are possible as a whole.
 bool settings_are_possible(void);
 
-// The exact length of so many clock edges, 1 or more. Returns false when it is not possible.
+// Set *period to the exact length of `edges` clock edges, 1 or more, by the settings in use.
+// Returns false and changes nothing when no period can be as long or as short as that. Divides.
 bool settings_period(struct pixel_period *period, uint16_t edges);
 
-// Exchange `count` words from word `first` on with these, which are big-endian. The caller makes
-// sure that the range exists, and asks settings_are_possible() afterwards; a second call with the
-// same words takes the exchange back.
+// Exchange `count` words of the settings, from word `first` on, with these, which are big-endian.
+// The caller makes sure that the range exists, and asks settings_are_possible() afterwards. A
+// second call with the same memory takes the exchange back.
 void settings_exchange(uint8_t first, uint8_t count, uint8_t *words);
 
 // The settings with their head and checksum, to be loaded and stored: for store.c alone.

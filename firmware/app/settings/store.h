@@ -28,24 +28,27 @@
 // waits for a write that the reset interrupted.
 void store_load(void);
 
-// Begin to store the settings in use. They must not change until store_busy() is false: commands.c
-// and data.c refuse a change meanwhile. Only when store_busy() is false.
+// Begin to store the settings in use, in the slot of the older record. The settings must not change
+// until store_busy() is false: commands.c and data.c refuse a change meanwhile. Only when
+// store_busy() is false.
 void store_begin(void);
-// True while a record is being written.
+// True from store_begin() until the last byte of the record is written.
 bool store_busy(void);
 
 // Write the next byte when the memory is ready; never waits. Once a round.
 void store_poll(void);
 
-// Input register settings_state: bit 0 a record was found or stored, bit 1 the settings differ from
-// it, bit 2 a record is being written.
+// Input register settings_state: bit 0 a record was found or stored, bit 1 the settings may differ
+// from that record, bit 2 a record is being written.
 uint16_t store_state(void);
 
-// Note that the settings in use differ from the stored record.
+// Note that the settings in use may differ from the stored record. Only while store_busy() is
+// false, because the end of a record clears the note.
 void store_note_change(void);
 
 #else
 
+// Without FEATURE_STORE nothing is stored, and every reset begins with the defaults.
 static inline void store_load(void)
 {
     settings_set_defaults();

@@ -19,7 +19,7 @@
 // All drivers count as off. The pins are off already (hal/pins.h), so that none is written.
 void drivers_start(void);
 
-// Switch the axis's driver on or off. Switching on starts both times of the axis anew; they go on
+// Switch the axis's driver on or off. Switching on starts both times of the axis again; they go on
 // for a driver that is on already.
 void drivers_write_at(uint8_t axis, bool on);
 

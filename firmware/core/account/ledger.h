@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: MIT
-// The reader's end of an axis's stream: the account of what the step interrupt made of it, that is
-// time, position and pixel edges. The position is what was handed to the timer, never what was only
-// written; a step counts when its period is loaded, at most one period before its edge. Main loop
-// only.
+// The reader's end of an axis's stream: the account of what the step interrupt made of the stream,
+// that is time, position and pixel edges. The position is what was handed to the timer, never what
+// was only written; a step counts when its period is loaded, at most one period before its edge.
+// Axes ask the account for positions, the clock's and the switch's captured edges are placed in
+// time by it, and the decoder learns from it which slots are free. Main loop only.
 //
 //     stream     | retired ...            tail |  ...       head |
 //                |<-- made, not accounted for ->|<-- decoded --->|
 //
-// ledger_advance() alone moves the account: from waypoint to waypoint where single periods alone
-// stand between, and else entry by entry, up to the interrupt's `tail`.
+// ledger_advance() and the functions made of its parts move the account: from waypoint to waypoint
+// where single periods alone stand between, and else entry by entry, up to the interrupt's `tail`.
+//
+// The account must be advanced before the ring is full, so that the decoder has slots, and before
+// 65536 idle periods pass beside it, because their number wraps (ledger_has_passed(): 32768).
 #pragma once
 
 #include <stdbool.h>
@@ -20,27 +24,30 @@
 #include "ring/step_engine.h"         // struct engine_sample
 #include "stream/stream.h"            // struct stream
 
-// Entries of a pulse train that may wait to be accounted for.
+// Entries of a pulse train that may wait to be accounted for: with this many ledger_due() is true.
 #define LEDGER_LAG_ENTRIES 8u
 
-// A new account at position 0. first_period_ticks: length of each of the two periods that the
-// timers hold when they start (the interrupt at the end of the first one loads the third).
+// A new account at position 0, with no records. first_period_ticks: length of each of the two
+// periods that the timers hold when they start (the interrupt at the end of the first one loads the
+// third).
 void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks);
 
-// The timers were started again: time begins at 0; position and records stay. The stream must
-// be reset afterwards.
+// The timers were started again: time begins at 0, and the engine counts idle periods from 0.
+// Position, direction, play and records stay. The stream must be reset afterwards. The axis must be
+// at rest, and the account must have come to the last step before.
 void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks);
 
 // How far ledger_advance() goes.
 enum ledger_extent {
     // To the sample.
     LEDGER_EXACTLY,
-    // Not into single periods that a waypoint follows: later they are passed at a much lower cost.
+    // To the sample, except for single periods that lead to a waypoint: the waypoint passes them
+    // later, at a much lower cost. Idle periods and a cut make the advance exact.
     LEDGER_BY_WAYPOINTS,
 };
 
-// False when an advance by waypoints would do nothing, or would only count periods of a train that
-// continues: that can wait until somebody asks for the position.
+// False when an advance by waypoints to this sample would do nothing, or would only count periods
+// of a train that continues: that can wait until somebody asks for the position. Changes nothing.
 static inline bool ledger_due(const struct ledger *ledger,
                               const struct stream *stream,
                               const struct engine_sample *sample)
@@ -62,7 +69,8 @@ static inline bool ledger_due(const struct ledger *ledger,
 }
 
 // True when the account of an axis at rest is ahead of this sample, so that nothing can be placed
-// in time by the sample any more. The number of idle periods tells.
+// in time by the sample any more. The number of idle periods tells, as long as the two are less
+// than 32768 idle periods apart.
 static inline bool ledger_has_passed(const struct ledger *ledger,
                                      const struct engine_sample *sample)
 {
@@ -70,14 +78,17 @@ static inline bool ledger_has_passed(const struct ledger *ledger,
 }
 
 // Advance the account of time and steps to the sample: pass waypoints, entries and trains of the
-// stream, and write a record at each pixel edge on the way. Samples must not go back in time.
+// stream, and write a record at each pixel edge on the way. Idle periods are accounted for at once,
+// however many. A sample whose train was cut ends the account of that train, and the waypoints that
+// were still to come are forgotten. Samples must not go back in time. The time that this takes
+// grows with the entries since the last call.
 void ledger_advance(struct ledger *ledger,
                     struct stream *stream,
                     const struct engine_sample *sample,
                     enum ledger_extent extent);
 
-// All that an advance by waypoints would do without a sample, if the interrupt reads slot `tail`
-// next. Returns true when it would do nothing more.
+// The part of an advance by waypoints that needs no sample, only the slot `tail` that the interrupt
+// reads next. Returns true when the whole advance would do no more than that.
 static inline bool ledger_advance_plain(struct ledger *ledger,
                                         struct stream *stream,
                                         uint8_t tail)
@@ -86,7 +97,8 @@ static inline bool ledger_advance_plain(struct ledger *ledger,
            ledger_pass_waypoints(ledger, stream, tail);
 }
 
-// Position of the axis: signed steps since reset, or since ledger_zero().
+// Position of the axis: signed steps since reset, or since ledger_zero(). Steps count whose periods
+// were loaded by the time of the sample that the account has come to.
 static inline int32_t ledger_position(const struct ledger *ledger)
 {
     return ledger->negative ? ledger->position_steps + ledger->left
@@ -99,8 +111,8 @@ static inline uint16_t ledger_train_loaded(const struct ledger *ledger)
     return (uint16_t)(ledger->train_steps - ledger->left);
 }
 
-// True when the running and the newest loaded period are idle ones, by an account that was brought
-// up to date exactly.
+// True when the running and the newest loaded period are idle ones. Only where the account was
+// advanced exactly to a sample: the answer is of that sample.
 static inline bool ledger_idles(const struct ledger *ledger)
 {
     return ledger->train == LEDGER_NO_TRAIN && ledger->fresh == 0 &&
@@ -108,9 +120,10 @@ static inline bool ledger_idles(const struct ledger *ledger)
            ledger->lengths[1] == STEP_IDLE_TICKS && (ledger->pulsed & 3u) == 0;
 }
 
-// Start of a period, in ticks since the timers started. back: 0 the newest loaded period (the one
-// that the timer makes next), 1 the one before, up to 3, where the account may be a tick off behind
-// a train. Divides inside a train.
+// Start of a period, in ticks since the timers started; wraps. back: 0 the newest loaded period
+// (which the timer makes next), 1 the one before, up to 3. With 3, the result may be a tick off
+// after a train. The account must have come exactly to the sample that `back` counts from. Divides
+// inside a train.
 //
 //     period    | back 2        | back 1: running | back 0: loaded |
 //     now                               ^
@@ -118,16 +131,18 @@ uint32_t ledger_period_start(struct ledger *ledger,
                              const struct stream *stream,
                              uint8_t back);
 
-// The time of an edge that was captured at this count of period `back`. The capture handler's own
-// way is longer than the shortest periods, so that more of them may have begun than the handler
-// saw: a count that a period does not reach belongs to one before it.
+// The time of an edge that was captured at count captured_ticks of period `back`, ticks since the
+// timers started; wraps. The handler takes longer than the shortest periods to begin, so that more
+// periods may have begun than it saw: a count that a period does not reach belongs to a period
+// before. Needs what ledger_period_start() needs.
 uint32_t ledger_capture_ticks(struct ledger *ledger,
                               const struct stream *stream,
                               uint8_t back,
                               uint16_t captured_ticks);
 
-// Advance to the sample that was taken at a captured edge, and return the edge's time as
-// ledger_capture_ticks() does.
+// Advance to the sample that was taken at a captured edge, by waypoints or exactly as the case
+// needs, and return the edge's time as ledger_capture_ticks() does. `back` and captured_ticks: as
+// the capture's handler noted them (ring/captured_edge.h).
 uint32_t ledger_advance_to_capture(struct ledger *ledger,
                                    struct stream *stream,
                                    const struct engine_sample *sample,
@@ -135,7 +150,8 @@ uint32_t ledger_advance_to_capture(struct ledger *ledger,
                                    uint16_t captured_ticks);
 
 #if defined(__AVR__) && SEVERAL_AXES
-// ledger_advance_to_capture() for every case. ledger_capture.S calls it where its quick way fails.
+// ledger_advance_to_capture() for every case. There ledger_advance_to_capture() itself is assembly,
+// ledger_capture.S, which calls this function where its quick way fails.
 uint32_t ledger_capture_anywhere(struct ledger *ledger,
                                  struct stream *stream,
                                  const struct engine_sample *sample,
@@ -143,27 +159,30 @@ uint32_t ledger_capture_anywhere(struct ledger *ledger,
                                  uint16_t captured_ticks) __attribute__((used));
 #endif
 
-// Position by a sample to which the account was advanced by waypoints: with the single periods that
-// the interrupt has made beyond the account. `tail` is the sample's. Of an account that no sample
-// may advance now: as far as single periods tell.
+// Position by a sample to which the account was advanced by waypoints: ledger_position(), and the
+// single periods that the interrupt has made beyond the account. tail: the sample's. Where no
+// sample may advance the account now, the result counts single periods up to the next entry of
+// another kind. Changes nothing.
 int32_t ledger_position_at(const struct ledger *ledger,
                            const struct stream *stream,
                            uint8_t tail);
 
-// Number of steps in ledger_position() whose edge comes after the time `ticks`, which must not be
-// older than the period before the running one. edge_ticks: from the start of a period to its STEP
-// edge.
+// Number of steps, 0..3, in ledger_position() whose edge comes after the time `ticks`. That time
+// must not be older than the period before the running one. edge_ticks: from the start of a period
+// to its STEP edge. The account must have come exactly to its sample. Divides inside a train.
 uint8_t ledger_steps_after(struct ledger *ledger,
                            const struct stream *stream,
                            uint32_t ticks,
                            uint8_t edge_ticks);
 
-// Take note of the steps made up to here for the play, and return its run (play_settle()).
+// Take note of the steps made up to here for the play, and return its run (play_settle()), steps.
+// Periods of a train that are not loaded yet do not count: they may still be cut off.
 uint16_t ledger_settle_play(struct ledger *ledger);
 
-// Subtract origin_steps from the position, so that this place becomes position 0.
+// Subtract origin_steps from the position, so that the place with that position becomes position 0.
+// Records of the line keep their values, because they count from the line's start.
 void ledger_zero(struct ledger *ledger, int32_t origin_steps);
 
 // Nothing more of the stream will be loaded; the stream must be reset afterwards. Position and time
-// stay.
+// stay. The account must have come to the halted engine's sample, so that a train is closed.
 void ledger_cut(struct ledger *ledger, const struct stream *stream);

@@ -5,27 +5,30 @@
 //                     |<------ minus --| turns      run = 0, then 1, 2, ...
 //                     |-- plus -->                  turns again: run = steps - run
 //
-// The run is the number of steps that are taken up in the direction of the last step. It is kept as
-// a place, where the run would be 0: steps then need no account here, and a motor that is stopped
-// anywhere has the right run. A place is the low 16 bits of the position, with its sign changed
-// while the direction is negative, so that every step adds 1 to it. Main loop only.
+// The run is the number of steps that are taken up in the direction of the last step: 0 up to the
+// steps of the play. The run is kept as a place, where it would be 0: steps then need no account
+// here, and a motor that is stopped anywhere has the right run. A place is the low 16 bits of the
+// position, with its sign changed while the direction is negative, so that every step adds 1 to it.
+//
+// The ledger calls play_settle() and play_turn(); axis.c tells the play of a line and asks how much
+// of it the line must take up. Images without FEATURE_BACKLASH do neither. Main loop only.
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
-// Of `steps` of struct play: the motor has not crossed the play since reset, or since another
-// number was told. Then the run is the least that can be taken up.
+// A bit of member `steps`: the motor has not crossed the play in one go since reset, or since
+// another number of steps was told. Then the run is the least that can be taken up.
 #define PLAY_UNKNOWN 0x8000u
-// The bits of the number of steps.
+// The bits of member `steps` that are the number of steps.
 #define PLAY_STEPS 0x7FFFu
-// The number before anybody told one; more than a line may tell.
+// The number of steps before anybody told one; more than a line may tell.
 #define PLAY_UNTOLD PLAY_STEPS
 
 struct play {
-    // The place where the run is 0.
+    // The place where the run is 0, modulo 2^16.
     uint16_t from;
-    // Steps of the play, with PLAY_UNKNOWN.
+    // Steps of the play, 1..PLAY_UNTOLD, and PLAY_UNKNOWN.
     uint16_t steps;
 };
 
@@ -36,13 +39,15 @@ static inline void play_reset(struct play *play)
     play->steps = PLAY_UNTOLD | PLAY_UNKNOWN;
 }
 
+// True when the run is exact: the motor has crossed all of the play since its steps were told.
 static inline bool play_known(const struct play *play)
 {
     return (play->steps & PLAY_UNKNOWN) == 0;
 }
 
-// Take note of the steps made up to this place, and return the run, which ends where all of the
-// play is taken up. To be called at least once in 32767 steps.
+// Take note of the steps made up to `place`, and return the run, which ends at the steps of the
+// play. A run that comes to the end makes the play known. To be called before every change of
+// direction, and at least once in 32767 steps.
 static inline uint16_t play_settle(struct play *play, uint16_t place)
 {
     uint16_t steps = play->steps & PLAY_STEPS;
@@ -56,8 +61,9 @@ static inline uint16_t play_settle(struct play *play, uint16_t place)
     return run;
 }
 
-// The play has this number of steps, 1 to PLAY_UNTOLD - 1. If another number was told before,
-// nothing is known of the new play. run: as play_settle() returned it.
+// The play has `steps` steps, 1 to PLAY_UNTOLD - 1. If another number was told before, nothing is
+// known of the new play, and its run begins here. If none was told, the run so far stays. run: as
+// play_settle() has just returned it.
 static inline void play_tell(struct play *play, uint16_t run, uint16_t steps)
 {
     uint16_t before = play->steps & PLAY_STEPS;
@@ -71,7 +77,8 @@ static inline void play_tell(struct play *play, uint16_t run, uint16_t steps)
     play->steps = steps | PLAY_UNKNOWN;
 }
 
-// The motor turns round where play_settle() returned this run.
+// The motor turns round at the place for which play_settle() has just returned this run. The run in
+// the new direction is what is left of the play, or 0 while the play is not known.
 static inline void play_turn(struct play *play, uint16_t run)
 {
     if (play_known(play)) {

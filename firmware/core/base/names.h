@@ -6,6 +6,9 @@
 //
 // The codes are part of the protocol, because hosts read them in registers: a code never changes
 // its meaning. The other columns of the rows are for the documents and the host tools.
+//
+// Every code fits 8 bits, and the firmware keeps codes in a uint8_t. 0 stands for no fault, and for
+// no error.
 #pragma once
 
 #define FAULT(code, name, ...) FAULT_##name = (code),

@@ -10,9 +10,9 @@
 
 #include <stdint.h>
 
-// Check the promise where it must hold. The condition is always evaluated, in every image, and must
-// have no side effects. The statements behind REQUIRE() run even after a broken promise, because
-// require_failed() may return.
+// Check the promise where it must hold; main loop only. The condition is always evaluated, in every
+// image, and must have no side effects. The statements after REQUIRE() run even after a broken
+// promise, because require_failed() may return.
 #define REQUIRE(promise)                                                                 \
     do {                                                                                 \
         if (!(promise)) {                                                                \
@@ -20,6 +20,7 @@
         }                                                                                \
     } while (0)
 
-// Called with the number of the source line of a broken promise. Whoever links core supplies the
-// function: the firmware latches the fault, a test fails. May return.
+// Called with the number of the source line of a broken promise; the name of the file is not told.
+// Whoever links core supplies the function: the firmware latches the fault, a test fails. May
+// return.
 void require_failed(uint16_t line);

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Two's complement numbers of 40 bits, for a processor on which 64 bits cost much more.
+// Two's complement numbers of 40 bits, for a processor on which 64 bits cost much more. The curves
+// (steps/) keep their places in such numbers. Nothing reports that a sum leaves the range: the
+// users of the numbers say why a sum stays inside the range, or why only its value modulo 2^40
+// counts.
 //
 //     range    -2^39 .. 2^39 - 1; sums and products wrap at 2^40
 //
@@ -8,7 +11,7 @@
 //     wide_add(), wide_sub()            a + b, a - b           in assembly on the AVR
 //     wide_times()                      a * factor             in assembly on the AVR
 //
-// Every function may be called from any context.
+// Every function is pure and may be called from any context.
 #pragma once
 
 #include <stdint.h>
@@ -47,7 +50,7 @@ static inline int64_t wide_to(struct wide value)
 
 #if defined(__AVR__)
 
-// a + b modulo 2^40, like the C below. 5 cycles, and what it takes to move the operands.
+// a + b modulo 2^40, like the C below. 5 cycles, and what moving the operands takes.
 static inline struct wide wide_add(struct wide a, struct wide b)
 {
     __asm__("add %0, %2\n\t"
@@ -60,7 +63,7 @@ static inline struct wide wide_add(struct wide a, struct wide b)
     return a;
 }
 
-// a - b modulo 2^40, at the same cost.
+// a - b modulo 2^40, like the C below, at the cost of wide_add().
 static inline struct wide wide_sub(struct wide a, struct wide b)
 {
     __asm__("sub %0, %2\n\t"
@@ -73,8 +76,8 @@ static inline struct wide wide_sub(struct wide a, struct wide b)
     return a;
 }
 
-// a * factor modulo 2^40. 51 cycles with the call (53 on the ATmega2560). Called in assembly for
-// the reason that base/multiply.h gives.
+// a * factor modulo 2^40; `a` has a sign, the factor (0..65535) has none. 51 cycles with the call
+// (53 on the ATmega2560). The call is made in assembly for the reason that base/multiply.h gives.
 static inline __attribute__((always_inline)) struct wide wide_times(struct wide a,
                                                                     uint16_t factor)
 {
@@ -94,7 +97,10 @@ static inline __attribute__((always_inline)) struct wide wide_times(struct wide 
 
 #else
 
-// Everything is modulo 2^40 on purpose, hence the detours by unsigned types.
+// The same functions in C. Everything is modulo 2^40 on purpose. C leaves the overflow of a signed
+// sum undefined, so that the sums are made of unsigned numbers.
+
+// a + b modulo 2^40: the carry out of the lowest byte goes into the sum of the upper four.
 static inline struct wide wide_add(struct wide a, struct wide b)
 {
     uint16_t low = (uint16_t)((uint16_t)a.low + b.low);
@@ -103,6 +109,7 @@ static inline struct wide wide_add(struct wide a, struct wide b)
     return (struct wide){.high = (int32_t)high, .low = (uint8_t)low};
 }
 
+// a - b modulo 2^40: the upper four bytes lose one where the lowest byte has to borrow.
 static inline struct wide wide_sub(struct wide a, struct wide b)
 {
     uint32_t high = (uint32_t)a.high - (uint32_t)b.high - (a.low < b.low ? 1u : 0u);
@@ -110,6 +117,7 @@ static inline struct wide wide_sub(struct wide a, struct wide b)
     return (struct wide){.high = (int32_t)high, .low = (uint8_t)(a.low - b.low)};
 }
 
+// a * factor modulo 2^40: what the lowest byte's product has above 8 bits goes into the upper four.
 static inline struct wide wide_times(struct wide a, uint16_t factor)
 {
     uint32_t low = (uint32_t)a.low * factor;

@@ -11,7 +11,8 @@
 //                        ^ 1 - B/V pixels
 //
 // Every pixel edge falls into exactly one piece; the piece names the number of its steps before the
-// edge. Main loop only.
+// edge. decode.c takes pieces from line_next(). The writers of whole pixels ask the functions after
+// line_on_pixels() instead, where a pixel needs no piece. Main loop only.
 #pragma once
 
 #include <stdbool.h>
@@ -22,20 +23,21 @@
 #include "line/even_rate.h"     // struct even_rate
 #include "line/segment_queue.h" // struct segment_queue
 
+// line_next() writes all members. The three about an edge mean nothing without has_edge.
 struct piece {
-    // Length of the piece, ticks.
+    // Length of the piece, ticks, 1..2^24.
     uint32_t ticks;
-    // Steps in the piece.
+    // Steps in the piece, 0..32767; 0: time without steps.
     uint16_t steps;
-    // Speed at the start, steps/pixel; only of curved pieces.
+    // Speed at the start, steps/pixel; means something in curved pieces alone.
     uint16_t start_speed;
-    // Constant acceleration; else evenly spaced steps.
+    // The steps have constant acceleration; else they are evenly spaced.
     bool curved;
     // Direction of the steps.
     bool negative;
-    // A pixel edge falls into this piece.
+    // A pixel edge falls into this piece, or lies at its end.
     bool has_edge;
-    // Steps of the piece before that edge.
+    // Steps of the piece at or before that edge, 0..steps.
     uint16_t edge_steps;
     // Expected position at that edge: signed steps of the line, modulo 2^16.
     int16_t edge_position;
@@ -43,14 +45,17 @@ struct piece {
     uint32_t edge_ticks;
 };
 
+// The line in work. line.c writes the members; the writers of whole pixels also write `even`,
+// curve_half, `speed` and `room`, as their headers say.
 struct line {
     // Where the segments come from.
     struct segment_queue *queue;
-    // The segment being used; its repeat counts down.
+    // The segment being used; its repeat counts the pixels that are left.
     struct segment segment;
-    // Pieces have constant acceleration; else one speed each.
+    // Pixels have constant acceleration; else one speed each.
     bool smooth : 1;
-    bool negative : 1; // direction of a smooth line
+    // Direction of a smooth line.
+    bool negative : 1;
     // The line is still ahead of the pixel clock, because backlash is not yet taken up.
     bool shifted : 1;
     // No piece was made yet.
@@ -71,13 +76,14 @@ struct line {
     uint16_t backlash_steps;
     // Speed V of the backlash parameter, steps/pixel; 0: the line has no backlash.
     uint16_t line_speed;
-    uint16_t
-        speed; // steps/pixel at the start of the next piece; plain: in the last pixel
-    // Signed steps up to the start of the next piece, modulo 2^16.
+    // Speed at the start of the next piece, steps/pixel; of a plain line, in the last pixel.
+    uint16_t speed;
+    // Signed steps of the line up to the start of the next piece, modulo 2^16.
     int16_t position;
     // From the start of the next piece to the next pixel edge, ticks.
     uint32_t to_edge_ticks;
-    // Entries of the ring that the next pixel of few even steps waits for, or an earlier one did.
+    // Free entries of the ring that the next pixel of few even steps waits for, or an earlier one
+    // waited for. The decoder asks for no pixel before that many are free.
     uint8_t room;
     // The pixel edges.
     struct line_grid edges;
@@ -99,14 +105,15 @@ enum line_status {
     LINE_OVER,
 };
 
-// Begin a line that takes up all of its backlash. The queue's front must be a start mark and its
-// parameter; both are removed.
+// Begin a line that takes up all of its backlash. The queue's front must be a start mark, its
+// parameter and the divider that the mark promises, all of them accepted by the check; they are
+// removed. period: exact length of a pixel, which must last and stay as long as the line.
 void line_begin(struct line *line,
                 const struct pixel_period *period,
                 struct segment_queue *queue);
 
-// Of a line that was begun: take up `steps` steps, at most the backlash parameter. With 0 the
-// leading zero pixel stays idle.
+// Of a line that was begun and has made no piece: take up `steps` steps, at most the backlash
+// parameter. With 0 the leading zero pixel stays idle.
 static inline void line_take_up(struct line *line, uint16_t steps)
 {
     line->backlash_steps = steps;
@@ -114,19 +121,23 @@ static inline void line_take_up(struct line *line, uint16_t steps)
 }
 
 // Make the next piece of the line and count its steps in line->position. *piece is only valid with
-// LINE_PIECE. After LINE_DRY the call may be repeated when the queue has more.
+// LINE_PIECE. After LINE_DRY the call may be repeated when the queue has more. Only while
+// line_is_early() is false. Divides in a line that is ahead of the clock.
 enum line_status line_next(struct line *line, struct piece *piece);
 
 // True where the line's pieces are the clock's own pixels, so that the functions below may be
 // asked.
 bool line_on_pixels(const struct line *line);
 
-// Number of steps of the next pixel if they are evenly spaced and in this direction, at most 255;
-// 0: they are not, or none is queued. May take the pixel's segment from the queue.
+// Number of steps of the next pixel, 1..255, if they are evenly spaced and in this direction; 0:
+// they are others, more than 255, or no pixel is queued. May take the pixel's segment from the
+// queue. With a result above 0 the pixel's speed becomes the line's, because the caller is about to
+// write the pixel.
 uint8_t line_even_steps(struct line *line, bool negative);
 
-// Number of steps of the next pixel if they are under acceleration; 0: they are not, or no segment
-// is in work. After line_even_steps(), which takes the segment.
+// Number of steps of the next pixel if they are under acceleration; 0: they are not, no segment is
+// in work, or the speed at the pixel's end would be negative. After line_even_steps(), which takes
+// the segment and has found that the steps are not even.
 static inline uint16_t line_curved_steps(const struct line *line)
 {
     uint16_t steps = (uint16_t)line->segment.count;
@@ -147,13 +158,13 @@ static inline uint16_t line_many_steps(const struct line *line, bool negative)
 }
 
 // Length of the next pixel, ticks; 0 while line_is_early(). A locked line's pixel gets its length
-// here, as late as possible.
+// here, as late as possible, and keeps it. Only where line_on_pixels() is true.
 uint32_t line_pixel_ticks(struct line *line);
 // As line_pixel_ticks(), where the caller has asked line_is_early() already.
 uint32_t line_known_ticks(struct line *line);
 
-// Pass over one pixel of `steps` signed steps of the segment in work, as line_next() would. After
-// line_pixel_ticks().
+// Pass over one pixel of `steps` signed steps of the segment in work: line->position moves, and the
+// next pixel comes. The caller has set line->speed. After line_pixel_ticks().
 static inline void line_pass_even(struct line *line, int16_t steps)
 {
     line->segment.repeat--;
@@ -162,9 +173,11 @@ static inline void line_pass_even(struct line *line, int16_t steps)
     line->edge_open = true;
 }
 
-// The next piece must not be made yet: the line is locked to the clock, and edges that are still to
-// come will make the piece's end more certain.
+// True when the next piece must not be made yet: the line is locked to the clock, and edges that
+// are still to come will make the piece's end more certain. Always false of a line that is not
+// locked, and of a piece whose end has its time already.
 bool line_is_early(const struct line *line);
 
-// The switch of a seek has tripped: slow down from the next piece on.
+// The switch of a seek has tripped: slow down from the next piece on, by leaving out segments up to
+// the slowdown (segment.h). After the down mark nothing changes.
 void line_trip(struct line *line);

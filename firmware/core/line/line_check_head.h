@@ -12,10 +12,15 @@
 #include "line/line_check_state.h" // struct line_check
 #include "line/segment.h"          // struct segment
 
-// Expect the start of a line that follows no other: any direction may come first.
+// For line_check.c alone, except for line_check_reset(). Main loop, and the host tools.
+
+// Expect the start of a line that follows no other: any direction may come first. Everything that
+// the check knew is forgotten, the fastest speeds included.
 void line_check_reset(struct line_check *check);
 
-// Accept the next entry in front of the segments, or return why not.
+// Accept the next entry in front of the segments and return LINE_none, or return why the entry is
+// not possible. Only while check->phase is not LINE_CHECK_SEGMENTS. A parameter and a divider cost
+// a division.
 enum line_error line_check_head(struct line_check *check,
                                 const struct line_limits *limits,
                                 struct segment entry);

@@ -5,8 +5,8 @@
 //     line_speeds.h        top speed and fastest speeds
 //     line_check.c         all else, segment by segment
 //
-// A copy of it is a second check of the same line: a block is checked on a copy, and an error in
-// the block leaves the axis's own as it was.
+// A copy of the state is a second check of the same line: a block is checked on a copy, and an
+// error in the block leaves the axis's own state as it was. Main loop, and the host tools.
 #pragma once
 
 #include <stdbool.h>
@@ -18,11 +18,12 @@
 // in 40 bits.
 #define LINE_COUNT_MAX 16383
 
-// What the board and its settings allow. Times are in timer ticks.
+// What the board and its settings allow. Times are in timer ticks. app/axes/limits.c makes the
+// limits of the board; a check only reads them.
 struct line_limits {
     // Whole ticks of a pixel period; intervals are judged with the fraction left out.
     uint32_t pixel_ticks;
-    // Shortest interval between two steps of a plain line.
+    // Shortest interval between two steps of a plain line. Not 0, like the next two.
     uint16_t min_interval_ticks;
     // Shortest interval of a smooth line.
     uint16_t smooth_min_interval_ticks;
@@ -30,13 +31,14 @@ struct line_limits {
     uint16_t seek_min_interval_ticks;
     // Shortest interval between two steps of opposite direction.
     uint16_t reversal_min_ticks;
-    // Largest acceleration of a smooth line, steps/pixel^2; 0: any.
+    // Largest change of speed in a pixel of a smooth line, steps/pixel^2; 0: any.
     uint16_t max_acceleration;
-    // Largest count of both pixels at a direct reversal; 0: any.
+    // Largest count, steps, of both pixels at a reversal of a plain line without a pixel of rest in
+    // between; 0: any.
     uint16_t start_stop_steps;
 #if FEATURE_LINE_DIVIDER
-    // Clock edges of a pixel, which a line's divider must be; 0: any, the limits are those of the
-    // line.
+    // Clock edges of a pixel, 1..1000: a line that tells a divider must tell this one. 0: it may
+    // tell any, and the other limits were made for that line.
     uint16_t divider;
 #endif
 };
@@ -52,9 +54,12 @@ enum line_check_phase {
     LINE_CHECK_SEGMENTS,
 };
 
-// Of the flags of struct line_check `begun` and `behind`.
+// The bits of struct line_check's `flags` that are `begun` and `behind`: with one of them set, a
+// line that starts now has segments of another line before it.
 #define LINE_CHECK_BEHIND 0x24u
 
+// The check of one axis's lines. The functions of the line_check headers write it; axis.c clears
+// `behind` when nothing but a line's head is left in the queue.
 struct line_check {
     // enum line_check_phase.
     uint8_t phase;
@@ -64,7 +69,7 @@ struct line_check {
         struct {
             // The line reached the line speed of the backlash parameter.
             bool reached : 1;
-            // The line is a seek: when it trips, any segment behind the down mark may come next.
+            // The line is a seek: when it trips, any segment after the down mark may come next.
             bool one_way : 1;
             // A segment of the line was accepted.
             bool begun : 1;
@@ -80,31 +85,35 @@ struct line_check {
             bool seek : 1;
         };
     };
-    int8_t
-        direction; // of the last step, 0: none yet or long ago; kept across chained lines
-    // First warning of the line (enum line_error, from 32 on).
+    // Direction of the last step, 1 or -1; 0: any direction may come. A line that may follow
+    // another one without a pause takes the direction over.
+    int8_t direction;
+    // First warning about the line (enum line_error, from 32 on); 0: none.
     uint8_t warning;
     // The parameter of the start mark: steps of play to take up, and the speed V (steps/pixel) at
     // which the line takes them up.
     uint16_t backlash_steps;
     uint16_t line_speed;
-    // Highest speed of the line, steps/pixel: of a plain line the largest count.
+    // Highest speed that the limits allow this line, steps/pixel: of a plain line the largest
+    // count.
     uint16_t top_speed;
-    // A segment up to this speed that goes on as the line does needs no closer look; 0: none.
+    // A segment up to this speed, steps/pixel, that goes on as the line does needs no closer look;
+    // 0: none.
     uint16_t easy_speed;
     // Length of the zero pixels since the last step, ticks; 0xFFFF: that or more.
     uint16_t rest_ticks;
-    // Speed at the end of the last pixel, steps/pixel.
+    // Speed at the end of the last pixel, steps/pixel; of a smooth line only.
     uint16_t speed;
-    // Count of the last pixel.
+    // Count of the last pixel, steps.
     int16_t last_count;
 #if SEVERAL_AXES
-    // Highest speed of the plain and of the smooth lines, steps/pixel, chained or not: for
-    // line_speeds_fit(). Seeks are slow enough for any company.
+    // Highest speed that was accepted in plain lines since the reset, steps/pixel: for
+    // line_speeds_fit(). Seeks do not count: they are slow enough for any company.
     uint16_t fastest_plain;
+    // Highest speed that was accepted in smooth lines since the reset, steps/pixel.
     uint16_t fastest_smooth;
 #endif
-    // Pixels accepted so far: the next entry begins with the pixel behind it.
+    // Pixels of the line accepted so far: the next entry begins with the pixel after them.
     uint32_t pixel;
 };
 
@@ -114,6 +123,7 @@ static inline bool line_check_seeks(const struct line_check *check)
     return FEATURE_HOMING && check->seek;
 }
 
+// True in a line that takes up backlash; false in an image without that feature.
 static inline bool line_check_has_backlash(const struct line_check *check)
 {
     return FEATURE_BACKLASH && check->backlash_steps != 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Entries of a line packed into 1 to 4 bytes each. The queue holds them so, and a compact block
-// brings them so. A single pixel whose count is near that of the entry before takes one byte, so
-// that pixels with counts of their own cost a byte each on the bus and in memory.
+// brings them so. A single pixel whose count is near the count of the entry before takes one byte,
+// so that pixels with counts of their own cost a byte each on the bus and in memory.
 //
 //     first byte   more bytes          entry (count, repeat)        d is added to the last count
 //     00..70       -                   d = first - 38, repeat 1     -56..56
@@ -11,11 +11,13 @@
 //                                      repeat 1
 //     80..FF       c, repeat (2)       count = (first, c) as 15 bits, signed
 //
-// Of more than 15 bits, only the first word of a parameter may be: its reader takes the lowest 15,
-// because the check allows no more.
+// Only the first word of a parameter may be too large for 15 bits with a sign: its reader takes the
+// lowest 15 bits, because the check allows no more.
 //
-// The last count is that of the entry before, whatever that entry is: of a mark its word, of a
-// parameter its first word. Before the first entry it is 0. Sums are modulo 2^16.
+// The last count is the count of the entry before, whatever that entry is: of a mark its word, of a
+// parameter its first word. Before the first entry the last count is 0. Sums are modulo 2^16.
+//
+// Main loop only.
 #pragma once
 
 #include <stdbool.h>
@@ -23,10 +25,11 @@
 
 #include "line/segment.h" // struct segment
 
-// A place in packed bytes.
+// A place in packed bytes. A copy is a second place in the same bytes.
 struct segment_reader {
+    // The bytes.
     uint8_t *bytes;
-    // The bytes are a ring of mask + 1 bytes, a power of two.
+    // The bytes are a ring of mask + 1 bytes, a power of two; UINT16_MAX: they are no ring.
     uint16_t mask;
     // Index of the next byte; runs freely and is masked when it is used.
     uint16_t at;
@@ -34,7 +37,7 @@ struct segment_reader {
     int16_t last;
 };
 
-// The longest first byte of an entry of one byte, and that of the difference 0.
+// The largest first byte of an entry of one byte, and the first byte of the difference 0.
 #define SEGMENT_NEAR_LAST 0x70u
 #define SEGMENT_NEAR_ZERO 0x38u
 // First byte of a run. Short runs, below it, have their repeat added to SEGMENT_SHORT_RUN.
@@ -47,7 +50,7 @@ struct segment_reader {
 // The bits of a parameter's first word that count.
 #define SEGMENT_PARAMETER 0x7FFFu
 
-// Bytes of the entry that begins with this byte.
+// Bytes, 1..SEGMENT_MOST, of the entry that begins with this byte.
 static inline uint8_t segment_packed_size(uint8_t first)
 {
     if (first <= SEGMENT_NEAR_LAST) {
@@ -59,5 +62,5 @@ static inline uint8_t segment_packed_size(uint8_t first)
     return first == SEGMENT_RUN ? 3 : 2;
 }
 
-// Read the next entry and pass it. The bytes must hold all of it.
+// Read the next entry and pass it. The bytes must hold all of the entry: nothing is checked.
 struct segment segment_unpack(struct segment_reader *reader);

@@ -14,21 +14,22 @@
 #include "line/segment_pack.h" // struct segment_reader
 
 struct segment_queue {
-    // The reader's end.
+    // The reader's end: line.c pops, the assembly of whole pixels too.
     struct segment_reader out;
-    // The byte to write next; the index runs freely and is masked when it is used.
+    // The writer's end: the byte to write next; the index runs freely and is masked when it is
+    // used.
     uint16_t head;
-    // Count of the newest entry.
+    // Count of the newest entry, from which the next packed entry goes on; 0 in a cleared queue.
     int16_t last;
 };
 
-// Make an empty queue in `bytes`, which must last as long as the queue. size: a power of two,
-// 8..32768.
+// Make an empty queue in `bytes`, which must last as long as the queue. size: bytes, a power of
+// two, 8..32768.
 void segment_queue_init(struct segment_queue *queue, uint8_t *bytes, uint16_t size);
 // Discard all entries.
 void segment_queue_clear(struct segment_queue *queue);
 
-// Number of bytes that are queued.
+// Number of bytes that are queued, 0..size.
 static inline uint16_t segment_queue_fill(const struct segment_queue *queue)
 {
     return (uint16_t)(queue->head - queue->out.at);
@@ -46,10 +47,11 @@ static inline uint16_t segment_queue_free_entries(const struct segment_queue *qu
     return segment_queue_free(queue) / SEGMENT_MOST;
 }
 
-// Append an entry in full. Returns false and changes nothing when there may be no room for it.
+// Append an entry in full. Returns false and changes nothing when fewer than SEGMENT_MOST bytes are
+// free. The count is stored with 15 bits.
 bool segment_queue_push(struct segment_queue *queue, struct segment segment);
-// Append whole packed entries, for which the caller has made sure that there is room. last: the
-// count of the last of them.
+// Append `size` bytes of whole packed entries, packed from the queue's `last` on. The caller has
+// made sure that there is room. last: the count of the last of the entries.
 void segment_queue_append(struct segment_queue *queue,
                           const uint8_t *bytes,
                           uint8_t size,
@@ -57,8 +59,9 @@ void segment_queue_append(struct segment_queue *queue,
 // Remove the front entry and copy it to *segment. Returns false and changes nothing when the queue
 // is empty.
 bool segment_queue_pop(struct segment_queue *queue, struct segment *segment);
-// As segment_queue_pop(), but a mark at the front stays there: *segment is then its copy.
+// As segment_queue_pop(), but a mark at the front stays there: the result is then false too, and
+// *segment is a copy of the mark.
 bool segment_queue_pop_pixels(struct segment_queue *queue, struct segment *segment);
-// The word of the start mark at the front, which stays there; 0 when the queue is empty. A start
-// mark is always in full.
+// The word of the start mark at the front, which stays there; 0 when the queue is empty. The front
+// entry must be a start mark, which is always in full.
 uint16_t segment_queue_front_word(const struct segment_queue *queue);

@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: MIT
-// Adds up the single periods of a ring. Every step of every line passes through this function, so
-// the AVR has it in assembly, 16 cycles a period; the C that the assembly stands for is beside it.
-// Main loop only.
+// Adds up the single periods of a ring. The account passes periods this way where no waypoint tells
+// the time (ledger.h), so that the AVR has the function in assembly, 16 cycles a period; the C that
+// the assembly stands for is beside it. Main loop only.
 //
 //     slots    | p | p | p | command | p | ...      p: a single period, high byte below FD
 //     *slot      ^ before    ^ after
 //
-// The ledger calls it for entries that the step interrupt has taken.
+// The ledger calls the function for entries that the step interrupt has taken, and for single
+// periods around them that still stand in the ring. Between the two slots nothing may be written
+// meanwhile.
 #pragma once
 
 #include "ring/step_ring.h" // struct step_ring
 
 // Add the lengths of the single periods from *slot on, up to the slot `stop` or to the first entry
-// that is not a single period, whichever comes first. Moves *slot to the slot where the sum ends.
-// Returns the sum in ticks.
+// that is not a single period, whichever comes first. Slots wrap at 256; *slot equal to `stop` adds
+// nothing. Moves *slot to the slot where the sum ends. Returns the sum, ticks, below 2^24.
 #if defined(__AVR__)
 static inline uint32_t step_ring_sum(const struct step_ring *ring,
                                      uint8_t *slot,
@@ -48,6 +50,7 @@ static inline uint32_t step_ring_sum(const struct step_ring *ring,
     return sum + (uint8_t)(*slot - first);
 }
 #else
+// The same function in C, for every other processor.
 static inline uint32_t step_ring_sum(const struct step_ring *ring,
                                      uint8_t *slot,
                                      uint8_t stop)

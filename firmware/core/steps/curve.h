@@ -7,11 +7,12 @@
 // The distance of a step's tick from its exact place is a small number, the residual. The residual
 // is kept exactly, so that each interval follows from the last one without roots or divisions: by
 // additions where the interval hardly changes (curve_flat.h), by a guess and its correction
-// elsewhere (curve_steep.h). Main loop only.
+// elsewhere (curve_steep.h). walk.c begins a curve for each curved piece; decode.c takes the steps.
+// Main loop only.
 //
 //     ticks          |    |    |    |    |    |    |    |
 //     exact places      k        k + 1      k + 2
-//     steps               ^         ^         ^          the first tick at or behind each place
+//     steps               ^         ^         ^          the first tick at or after each place
 //                         |residual: how far the curve is beyond k at the tick of step k
 //
 //     curve_start() --+--> steep -- speeds up, changes less --> flat to its end
@@ -30,9 +31,10 @@ struct curve {
         struct {
             // The numbers of the steps that follow.
             struct curve_flat flat;
-            // T, for the way back to the steep decoder.
+            // T, ticks, for the way back to the steep decoder.
             uint32_t ticks;
         } flat;
+        // The steep decoder's place and its last intervals.
         struct curve_steep steep;
     } state;
     // enum curve_flat_kind. CURVE_FLAT_NOT: state.steep is valid, else state.flat.
@@ -41,26 +43,29 @@ struct curve {
     bool stays;
 };
 
-// Begin a piece. ticks T: 1024..2^24-1; start speed v0 and end speed 2n - v0: 0..32767. Divides.
+// Begin a piece. ticks: T, 1024..2^24-1. start_speed: v0, steps a piece, and the end speed 2n - v0:
+// 0..32767. steps: n, 1 or more. Divides, and may take a root.
 void curve_start(struct curve *curve,
                  uint32_t ticks,
                  uint16_t start_speed,
                  uint16_t steps);
 
-// Make one step. Returns the ticks from the last step, or from the start of the piece, to it. For
-// steps 1..n-1; the caller places step n at the end of the piece.
+// Make one step. Returns the ticks from the last step, or from the start of the piece, to this one.
+// For steps 1..n-1; the caller places step n at the end of the piece. May change the decoder, and
+// costs much more than a step of a batch.
 uint32_t curve_next(struct curve *curve);
 
-// Make up to `count` steps into the ring's slots from `slot` on, as long as the fast decoders can
-// make them. made->steps is 0 when curve_next() must make the next step. Each slot gets both bytes
-// of interval - 1, except that the high byte of the first slot is only returned: the caller's store
-// of that byte publishes all of them.
+// Make up to `count` steps (not 0) into the ring's slots from `slot` on, as long as the fast
+// decoders can make them. made->steps is 0 when curve_next() must make the next step. Each slot
+// gets both bytes of interval - 1, except that the high byte of the first slot is only returned:
+// the caller's store of that byte publishes all steps. The slots must be free, and the slot after
+// them must read as empty by then.
 void curve_burst(struct curve *curve,
                  struct step_ring *ring,
                  uint8_t slot,
                  uint8_t count,
                  struct curve_made *made);
 
-// The number of steps, `count` at most, that are to be made next as steps of a narrow curve
-// (curve->state.flat); 0 if the curve is not narrow. count is not 0.
+// The number of steps, `count` at most, that may be made next as steps of a narrow curve by
+// curve_flat_burst(); 0 if the curve is not narrow. count: not 0. May make the curve steep.
 uint8_t curve_narrow(struct curve *curve, uint8_t count);

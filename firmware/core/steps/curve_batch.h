@@ -10,12 +10,15 @@
 #include "steps/walk.h"     // struct walk
 #include "stream/stream.h"  // struct stream
 
-// Most steps of a batch; the second holds for a low ring. With several axes the ledger accounts for
-// such a batch as a whole, so that a batch's slots stay in use until then.
-#define CURVE_BATCH     (SEVERAL_AXES ? 60u : 120u)
+// Most steps of a batch. With several axes the ledger accounts for such a batch as a whole, so that
+// a batch's slots stay in use until then.
+#define CURVE_BATCH (SEVERAL_AXES ? 60u : 120u)
+// Most steps of a batch while the ring is nearly empty: the interrupt sees none of a batch before
+// all of it is made.
 #define CURVE_BATCH_LOW 16u
 
-// The most steps of a batch when the ring has so many entries.
+// The most steps of a batch, CURVE_BATCH_LOW..CURVE_BATCH, while the interrupt has `fill` entries
+// left to make.
 static inline uint8_t curve_batch_most(uint8_t fill)
 {
     if (fill < CURVE_BATCH_LOW) {
@@ -24,6 +27,6 @@ static inline uint8_t curve_batch_most(uint8_t fill)
     return fill > CURVE_BATCH ? (uint8_t)CURVE_BATCH : fill;
 }
 
-// Make `count` ordinary steps of the walk: what curve_narrow() has returned and the ring has room
-// for. With several axes only.
+// Make `count` ordinary steps of the walk: as many as curve_narrow() has returned, as the ring has
+// room for, and as walk_burst() allows. With several axes only.
 void curve_batch_narrow(struct walk *walk, struct stream *stream, uint8_t count);

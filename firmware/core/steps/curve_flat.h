@@ -3,8 +3,8 @@
 // step. Everything about the next step follows from this one by additions.
 //
 // Two intervals serve for a while, q and q + 1; the sign of a sum decides which of them a step
-// takes. Where the next step is due these numbers are kept, all exact modulo 2^40 (modulo 2^32
-// where that is enough):
+// takes. Before each step these numbers are kept, all exact modulo 2^40 (modulo 2^32 where that is
+// enough):
 //
 //     residual      position beyond the last step in 1/T^2 steps
 //     gain          residual after q ticks, minus the residual now   = q*(slope + h*(q-1)) - T*T
@@ -14,7 +14,7 @@
 //
 // slope is what the next tick adds (speed * T, and h). The step takes q ticks if residual + gain is
 // not negative, else q + 1: then difference and gain have grown by 2h and slope_growth more than
-// behind a step of q ticks. When neither interval fits, q itself moves by one, and the table shows
+// after a step of q ticks. When neither interval fits, q itself moves by one, and the table shows
 // which numbers change. Main loop only.
 #pragma once
 
@@ -26,48 +26,55 @@
 
 struct step_ring;
 
-// The numbers of the table. The assembly works on them.
+// The numbers of the table, in units of 1/T^2 steps. The assembly works on them. The functions
+// below write them; curve.c reads them to choose the decoder.
 struct curve_flat {
-    // Units of 1/T^2 steps, as all of these numbers.
+    // Position beyond the last step.
     struct wide residual;
+    // Growth of the residual over q ticks, less one step.
     struct wide gain;
+    // What the last of these ticks adds.
     struct wide difference;
+    // Growth of `gain` over a step.
     struct wide gain_growth;
+    // Growth of `difference` over a step; negative where the curve slows down.
     int32_t slope_growth;
-    // 2h: what slope grows by from tick to tick.
+    // 2h: what slope grows by from tick to tick; negative where the curve slows down.
     int16_t twice_half;
-    // q - 1, as the ring wants it.
+    // q - 1, ticks, as the ring wants it.
     uint16_t top;
 };
 
 enum curve_flat_kind {
     // The interval changes too much: curve_steep.h.
     CURVE_FLAT_NOT,
-    // Computed modulo 2^32.
+    // Computed modulo 2^32. Only in images with FEATURE_NARROW_CURVES.
     CURVE_FLAT_NARROW,
     // Computed modulo 2^40.
     CURVE_FLAT_WIDE,
 };
 
-// The kind with which a piece of T ticks between two speeds (not above 32767) begins. *stays: the
-// piece is flat to its end.
+// The kind with which a piece begins. ticks: T, 1024..2^24-1; speeds: steps a piece, 0..32767, not
+// equal. *stays: the piece is flat to its end. A piece that speeds up and is not flat from its
+// start may become flat later, and one that slows down may become steep.
 enum curve_flat_kind curve_flat_kind(uint32_t ticks,
                                      uint16_t start_speed,
                                      uint16_t end_speed,
                                      bool *stays);
 
-// The kind of a curve that is flat now, below four ticks from step to step, and whose speed does
-// not exceed top_speed.
+// The kind of a curve that is flat now and whose speed does not exceed top_speed, steps a piece.
+// loose: its interval may change by up to four ticks from step to step, else by up to one. The
+// result is CURVE_FLAT_NOT where even 40 bits are too few.
 enum curve_flat_kind curve_flat_now(uint32_t ticks, uint16_t top_speed, bool loose);
 
-// Begin at a place whose next interval is about interval_ticks, within the change from step to
-// step.
+// Begin at a place whose next interval is about interval_ticks (1..65535), within the change from
+// step to step.
 void curve_flat_enter(struct curve_flat *flat,
                       const struct curve_place *at,
                       uint16_t interval_ticks);
 
-// The place behind the last step, for the steep decoder to go on from. step and step_low of *at are
-// left as they are.
+// The place after the last step, for the steep decoder to go on from. Members step and step_low of
+// *at stay as they are.
 void curve_flat_leave(const struct curve_flat *flat, struct curve_place *at);
 
 // Make `count` steps (not 0) into the ring's slots from `slot` on, except for the high byte of the
@@ -80,5 +87,5 @@ void curve_flat_burst(struct curve_flat *flat,
                       uint8_t count,
                       struct curve_made *made);
 
-// Make one step. Returns its interval, ticks.
+// Make one step. Returns its interval, ticks. narrow: as for curve_flat_burst().
 uint16_t curve_flat_next(struct curve_flat *flat, bool narrow);

@@ -2,7 +2,7 @@
 // A place on a curve in the numbers with which every decoder of curves begins, and the result that
 // every such decoder returns. For curve.c, curve_flat.c and curve_steep.c.
 //
-// All numbers are exact, because every place is a whole number of 1/T^2 steps.
+// All numbers are exact, because every place is a whole number of 1/T^2 steps. Main loop only.
 //
 //     unit          1/T^2 step
 //     one step      T*T units            48 bits: step, step_low
@@ -16,18 +16,18 @@
 struct curve_place {
     // Position beyond the last step, in units of 1/T^2 steps: 0 up to what the last tick added.
     struct wide residual;
-    // Growth of the residual over the next tick, in these units.
+    // Growth of the residual over the next tick, in the same units.
     struct wide slope;
-    // One step is T*T of these units: its lower 16 bits,
+    // Lower 16 bits of one step, which is T*T units.
     uint16_t step_low;
-    // and its upper 32 bits.
+    // Upper 32 bits of one step.
     uint32_t step;
     // Half-acceleration h = n - v0, steps; negative where the curve slows down.
     int16_t half;
 };
 
-// Steps made by one call, and what the caller needs to publish them.
-// The caller adds ticks to the time it has written and publishes the entries by first_high.
+// Steps made by one call, and what the caller needs to publish them: the caller adds `ticks` to the
+// time that is written and publishes the entries by storing first_high (stream_publish_batch()).
 struct curve_made {
     // Sum of all intervals, ticks.
     uint32_t ticks;
@@ -37,8 +37,8 @@ struct curve_made {
     uint8_t first_high;
 };
 
-// The start of a piece of `ticks` ticks (T) at speed start_speed (steps a piece) with
-// half-acceleration `half`: step 0 lies exactly at tick 0, so that the residual is 0.
+// The start of a piece: step 0 lies exactly at tick 0, so that the residual is 0. ticks: T, below
+// 2^24. start_speed: steps a piece, 0..32767. half: half-acceleration h, steps.
 void curve_place_start(struct curve_place *place,
                        uint32_t ticks,
                        uint16_t start_speed,

@@ -21,45 +21,50 @@
 
 struct step_ring;
 
-// A batch goes on while a guess misses by no more than this many ticks,
+// A batch of steps goes on while each guess misses by no more than this many ticks.
 #define CURVE_STEEP_MISS_MAX 12
-// and while the last difference is below this many times 2^32.
+// A batch ends where the last difference comes to this many times 2^32.
 #define CURVE_STEEP_LIMIT 0x15
 
+// The functions below and curved_pixel.c write the members, and the assembly works on them. curve.c
+// writes end_kind.
 struct curve_steep {
+    // The place after the last step.
     struct curve_place at;
-    // The last interval, ticks.
+    // The last interval, ticks, below 2^24.
     uint32_t last_ticks;
-    // Difference of the last interval from the one before it, ticks.
+    // The last interval minus the one before it, ticks.
     int32_t change;
-    // Which of the two are known. 0: last_ticks is a guess, 1: change is not known, 2: both are
-    // known.
+    // What is known of the two. 0: last_ticks is a guess; 1: `change` is not known; 2: both are
+    // known, or were foreseen from the speed.
     uint8_t seen;
     // Extrapolation is good enough for the next step.
     bool good;
-    // Of a batch: sum of its entries, lowest byte first.
+    // Of a batch: sum of its entries (intervals less 1), ticks, lowest byte first.
     uint8_t tops[3];
     // Of a batch: high byte of the first entry.
     uint8_t first_high;
-    // enum curve_flat_kind at the end of a piece that speeds up.
+    // enum curve_flat_kind at the end of a piece that speeds up; means nothing in other pieces.
     uint8_t end_kind;
 };
 
-// Begin a piece of T ticks at start_speed.
+// Begin a piece at *at. ticks: T. start_speed: steps a piece, 0..32767. Divides, and takes a root
+// where the first interval cannot be foreseen from the speed.
 void curve_steep_start(struct curve_steep *steep,
                        const struct curve_place *at,
                        uint32_t ticks,
                        uint16_t start_speed);
 
-// Begin behind some step of a piece. The next interval is about `change` ticks longer than the
-// last.
+// Begin after some step of a piece, at *at. last_ticks: the last interval, ticks. The next interval
+// is about `change` ticks longer than the last.
 void curve_steep_enter(struct curve_steep *steep,
                        const struct curve_place *at,
                        uint16_t last_ticks,
                        int16_t change);
 
-// Make up to `count` steps (not 0) into the ring's slots from `slot` on, except for the high byte
-// of the first slot, as long as extrapolation is good.
+// Make up to `count` steps (not 0) into the ring's slots from `slot` on, as long as extrapolation
+// is good. The high byte of the first slot is not stored: made->first_high returns it. made->steps
+// is 0 where curve_steep_next() must make the next step.
 void curve_steep_burst(struct curve_steep *steep,
                        struct step_ring *ring,
                        uint8_t slot,

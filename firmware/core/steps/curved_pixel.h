@@ -4,7 +4,7 @@
 // steps (even_pixel.h), at a fraction of what a piece of any kind costs. The ticks of its steps are
 // those of curve_steep.h. Main loop only.
 //
-//     speeds     4           6           8          steps/pixel at the pixel's edges
+//     speeds     4           6           8          steps/pixel at the pixels' edges
 //     pixels     |     5     |     7     |          the extrapolation of intervals goes on from
 //     h                1           1                pixel to pixel while h stays the same
 #pragma once
@@ -19,11 +19,14 @@
 // even pixels.
 #define CURVED_PIXEL_MAX_STEPS 64u
 
-// Write the line's next pixel if it is one of few steps under acceleration. *steep stays with the
-// line's axis and is nobody else's until line->curve_half is 0 again. Returns what the pixel costs
-// of a round's budget; 0: it is something else, and nothing was done; EVEN_PIXEL_WAITS: the ring
-// has no room for it. Only when even_pixels_write() may be called, and when the pixel has its
-// length (line_is_early() is false).
+// Write the line's next pixel if it is one of few steps under acceleration, and a waypoint at its
+// end. Returns what the pixel costs of a round's budget, 1..120. Returns 0 if the next pixel is
+// something else or no waypoint is free: nothing was written. Returns EVEN_PIXEL_WAITS if the ring
+// has no room for the pixel.
+//
+// steep: the last intervals of such pixels of the axis; between two of these pixels nobody else may
+// write *steep while line->curve_half is not 0. Only when even_pixels_write() may be called and has
+// found another pixel, and when the pixel has its length (line_is_early() is false). Divides.
 uint8_t curved_pixel_write(struct line *line,
                            struct curve_steep *steep,
                            struct stream *stream);

@@ -18,20 +18,22 @@
 
 struct line;
 
-// Fewer evenly spaced steps than this are not worth a pulse train, unless their interval is short.
+// Fewer evenly spaced steps than this are not worth a pulse train, unless their interval is below
+// TRAIN_ENTRY_MIN_TICKS.
 #define TRAIN_MIN_STEPS 16u
 // Below this interval (ticks) the step interrupt cannot switch from a single period to a pulse
 // train in time, only from one train to another.
 #define TRAIN_ENTRY_MIN_TICKS 160u
 // The next pulse train waits until one of the two trains is free if the newer one is at least this
-// long, ticks. Single periods, which follow otherwise, cost the main loop four times as much: they
-// are for the steps that a shorter train leaves no time to wait for.
+// long, ticks. After a shorter train there is no time to wait, and single periods follow, which
+// cost the main loop four times as much.
 #define TRAIN_WAIT_TICKS ((uint32_t)0x2000)
 
 // The most steps in front of a train.
 #define TRAIN_STAGGER_MAX 8u
 
-// The longest train of a whole pixel; one of more steps goes by way of pieces.
+// The longest train of a whole pixel, entries and steps. A pixel of more steps goes by way of
+// pieces.
 #define TRAIN_PIXEL_MAX_ENTRIES 16u
 #define TRAIN_PIXEL_MAX_STEPS   (TRAIN_PIXEL_MAX_ENTRIES * STEP_TRAIN_ENTRY_MAX)
 
@@ -48,10 +50,11 @@ enum train_pixel {
     TRAIN_PIXEL_SINGLES,
 };
 
-// Write the line's next pixel if its steps are many and even, in the direction of the steps before
-// it. even: of the last such pixel; whatever stands there may stand there. stagger: steps in front
-// of the train, TRAIN_STAGGER_MAX at most. Only after even_pixels_write() found another pixel than
-// its own, where that may be asked, and when the pixel has its length (line_is_early() is false).
+// Write the line's next pixel if its steps, more than EVEN_PIXEL_MAX_STEPS, are even and go in the
+// direction of the steps before it. even: the walk along the last such pixel; anything may stand
+// there. stagger: steps in front of the train, 0..TRAIN_STAGGER_MAX. Only after even_pixels_write()
+// found another pixel than its own, where that may be asked, and when the pixel has its length
+// (line_is_early() is false). TRAIN_PIXEL_OTHER and TRAIN_PIXEL_WAITS: nothing was written.
 enum train_pixel train_pixel_write(struct line *line,
                                    struct even *even,
                                    struct stream *stream,
@@ -59,5 +62,6 @@ enum train_pixel train_pixel_write(struct line *line,
                                    uint8_t stagger);
 
 // Append the next `count` of evenly spaced steps, each of them an entry, and pass them in *even.
-// Their intervals must fit 16 bits, and no waypoint may wait. Returns their ticks.
+// count: up to stream_space(). The intervals must fit single periods, and no waypoint may wait.
+// Returns the ticks of these steps together.
 uint32_t train_pixel_singles(struct even *even, struct stream *stream, uint8_t count);

@@ -10,9 +10,13 @@
 //     waypoints       oldest ...                    ... newest     line starts, pixel edges, places
 //     trains          0, 1                                         evenly spaced steps
 //
-// feed.c and the writers of whole pixels call the functions of the writer's end, ledger.c alone
-// those of the reader's end; the others only read. A slot may be written again as soon as the
-// reader has passed it, except for the last three, whose periods may still be asked for.
+// feed.c and the writers of whole pixels call the functions of the writer's end. The account alone
+// (core/account) calls those of the reader's end. All others only read. A slot may be written again
+// as soon as the reader has passed it, except for the last three, whose periods may still be asked
+// for.
+//
+// No function checks its range: the caller keeps to stream_space(), stream_train_free() and
+// stream_waypoints_full(), which say what fits.
 #pragma once
 
 #include <stdbool.h>
@@ -22,44 +26,57 @@
 #include "ring/step_ring.h" // struct step_ring, struct pulse_train
 #include "stream/even.h"    // struct even
 
-// Waypoints that can be written ahead, a power of two.
+// Size of the ring of waypoints, a power of two. One less can be written ahead.
 #define STREAM_WAYPOINTS 16
 
-// What a waypoint is, and how the reader gets there. The lower 7 bits: in the middle of the last
-// entry before the slot, so many periods of a train before the end of that entry; or
-#define WAYPOINT_PLAIN 0x7Fu // from the waypoint before by single periods alone
-// The upper bit: not a pixel edge. What is reached by single periods alone is then nothing but a
-// place of known time,
+// Member `way` of a waypoint: how the reader gets there, in the lower 7 bits, and what the waypoint
+// is, in the upper bit.
+//
+//     way       the waypoint is    and lies
+//     00..7E    a pixel edge       that many periods of a train before the end of the last entry
+//     7F        a pixel edge       at its slot; single periods alone lead there
+//     80..FE    a line start       that many periods of a train before the end of the last entry
+//     FF        a place            at its slot; single periods alone lead there
+//
+// The lower bits of a pixel edge to which single periods alone lead from the waypoint before.
+#define WAYPOINT_PLAIN 0x7Fu
+// A place of known time, and nothing else. Boards of several axes note places on long ways.
 #define WAYPOINT_PLACE 0xFFu
-// and the others are line starts: the ledger counts pixels from here.
+// The upper bit. A line start: the ledger counts the line's pixels and positions from here.
 #define WAYPOINT_START 0x80u
 
-// The reader passes single periods as a whole, up to the next waypoint, unless it lags this many
-// entries behind.
+// The reader may leave single periods to be passed as a whole, at the next waypoint, while it lags
+// fewer entries than this behind the interrupt.
 #define STREAM_LAG_MOST 124u
 
 // A place between two periods, which the account jumps to when the interrupt has passed it.
 //
 //     periods    | | | | | | | | |          the account jumps by slot where single periods alone
 //     waypoints    ^edge 1    place^        stand between; else it takes entry by entry
+//
+// The writer's end writes a waypoint and places it; the reader's end only reads it.
 struct waypoint {
-    uint8_t slot; // reached when the reader has passed every entry before this slot
+    // The waypoint is reached when the reader has passed every entry before this slot.
+    uint8_t slot;
     // WAYPOINT_PLAIN and the others.
     uint8_t way;
     // Expected position at a pixel edge: signed steps of the line, modulo 2^16.
     uint16_t position;
-    // If single periods alone lead here: the end of the last of them as end_ticks has it, modulo
-    // 2^24. All periods of a ring together are shorter.
+    // If single periods alone lead here: the end of the last of them as the stream's end_ticks has
+    // it, low 24 bits. All periods of a ring together are shorter than 2^24 ticks.
     uint16_t ticks_low;
+    // Bits 16 to 23 of that time.
     uint8_t ticks_high;
 };
 
+// Set the time of a waypoint; the bits of `ticks` above the lowest 24 are dropped.
 static inline void waypoint_set_ticks(struct waypoint *waypoint, uint32_t ticks)
 {
     waypoint->ticks_low = (uint16_t)ticks;
     waypoint->ticks_high = (uint8_t)(ticks >> 16);
 }
 
+// The time of a waypoint, ticks, low 24 bits, as end_ticks of struct stream counts.
 static inline uint32_t waypoint_ticks(const struct waypoint *waypoint)
 {
     return (uint32_t)waypoint->ticks_high << 16 | waypoint->ticks_low;
@@ -67,56 +84,67 @@ static inline uint32_t waypoint_ticks(const struct waypoint *waypoint)
 
 // A pulse train as it was when it was written; the interrupt changes its own copy.
 struct stream_train {
-    // Number of steps; 0: the train is free.
+    // Number of steps of the train, 1..32767; 0: the train is free.
     uint16_t steps;
-    // Sum of struct even at the start of the train.
+    // Member `sum` of struct even at the start of the train.
     uint16_t sum;
 };
 
+// The state of both ends. "Writer" and "reader" name the end that writes a member.
 struct stream {
+    // The ring that the step interrupt reads. axis_init() sets it.
     struct step_ring *ring;
-    // The STEP_TRAINS trains of the interrupt, or NULL: no trains.
+    // The STEP_TRAINS trains of the interrupt, or NULL: no trains. axis_init() sets it.
     struct pulse_train *engine_trains;
-    // Writer's end: the next slot to write.
+    // Writer: the next slot to write; always reads as empty.
     uint8_t head;
-    // Reader's end: the first slot that is not accounted for.
+    // Reader: the first slot that is not accounted for.
     uint8_t retired;
-    // The train that was written last, 0 or 1.
+    // Writer: the train that was written last, 0 or 1.
     uint8_t newest_train;
-    uint8_t waypoint_head;   // writer: next to write (free running)
-    uint8_t waypoint_placed; // writer: waypoints before this one have their slot
-    uint8_t waypoint_tail;   // reader: next to pass
+    // Writer: number of the next waypoint to write. The three numbers run freely, modulo 256; the
+    // lowest bits of a number are the waypoint's index.
+    uint8_t waypoint_head;
+    // Writer: waypoints before the one with this number have their slot, the others wait for it.
+    uint8_t waypoint_placed;
+    // Reader: number of the next waypoint to pass.
+    uint8_t waypoint_tail;
     // Writer: WAYPOINT_PLAIN if single periods alone were written since the newest waypoint that
     // has its slot, else 0.
     uint8_t plain;
-    // The end of the newest entry, ticks since the timers started, but for delay_ticks; wraps.
+    // Writer: the end of the newest entry, ticks since the timers started, without delay_ticks;
+    // wraps.
     uint32_t end_ticks;
-    // Time that has come before entries since the stream was empty last.
+    // Time that has come before entries since stream_reset(), ticks: idle periods, which the reader
+    // adds, and the delay of a held line, which the writer adds. Wraps.
     uint32_t delay_ticks;
-    // Of the train that was written last, all its steps.
+    // Writer: length of the train that was written last, all its steps together, ticks.
     uint32_t newest_train_ticks;
     // The writer fills a train that is free, the reader frees a train that is over.
     struct stream_train trains[STEP_TRAINS];
+    // The ring of the waypoints.
     struct waypoint waypoints[STREAM_WAYPOINTS];
 };
 
-// Empty the stream, both ends at `slot`. end_ticks: the end of the newest period that was loaded.
-// Keeps the ring and the trains of the interrupt.
+// Empty the stream, both ends at `slot`, without waypoints and with both trains free. end_ticks:
+// the end of the newest period that was loaded. Keeps the ring and the trains of the interrupt.
+// The interrupt must read `slot` next, and take nothing before.
 void stream_reset(struct stream *stream, uint8_t slot, uint32_t end_ticks);
 
-// Entries that the reader has not passed.
+// Entries that the reader has not passed, 0..STEP_RING_CAPACITY; those of a held front count too.
 static inline uint8_t stream_used(const struct stream *stream)
 {
     return (uint8_t)(stream->head - stream->retired);
 }
 
-// Entries that fit.
+// Entries that may be written now, 0..STEP_RING_CAPACITY.
 static inline uint8_t stream_space(const struct stream *stream)
 {
     return (uint8_t)(STEP_RING_CAPACITY - stream_used(stream));
 }
 
-// Time comes before whatever is not passed yet: idle periods, or the delay of a held line.
+// `ticks` of time come before whatever is not passed yet: idle periods, or the delay of a held
+// line. Both ends call this.
 static inline void stream_delay(struct stream *stream, uint32_t ticks)
 {
     stream->delay_ticks += ticks;
@@ -131,9 +159,10 @@ static inline uint32_t stream_end_ticks(const struct stream *stream)
 
 // The writer's end. The caller keeps to stream_space().
 
-// Write one period into `slot`, while the caller keeps the head. The store of the empty slot behind
-// the period comes first and its high byte last, so that the interrupt sees either the old end or
-// the new one. Returns the next slot, for stream_add_periods().
+// Write one period of 1..STEP_PERIOD_MAX_TICKS ticks into `slot`, while the head stays as it is.
+// The slot after the period is made to read as empty first, and the period's high byte is stored
+// last, so that the interrupt sees either the old end or the new one. Returns the next slot.
+// stream_add_periods() must follow.
 static inline uint8_t stream_write(struct step_ring *ring, uint8_t slot, uint16_t ticks)
 {
     uint16_t top = (uint16_t)(ticks - 1u);
@@ -146,11 +175,13 @@ static inline uint8_t stream_write(struct step_ring *ring, uint8_t slot, uint16_
 }
 
 // Append the `count` single periods that stand in the ring from the head on, `ticks` long together.
-// Only when no waypoint waits for its slot.
+// Only when no waypoint waits for its slot. On boards of several axes this also notes a place where
+// many periods lead on from the newest waypoint.
 void stream_add_periods(struct stream *stream, uint8_t count, uint32_t ticks);
 
-// stream_add_periods() for `count` periods that the interrupt cannot see yet, because the first
-// period's high byte is missing. The store of that byte makes all of them visible at once.
+// stream_add_periods() for `count` periods (1 or more) that the interrupt cannot see yet, because
+// the first period's high byte, first_high, is missing. The store of that byte makes all of them
+// visible at once.
 static inline void stream_publish_batch(struct stream *stream,
                                         uint8_t count,
                                         uint32_t ticks,
@@ -161,23 +192,25 @@ static inline void stream_publish_batch(struct stream *stream,
     stream_add_periods(stream, count, ticks);
 }
 
-// Append one period. Waypoints that waited for this period are placed after it.
+// Append one period of 1..STEP_PERIOD_MAX_TICKS ticks. Waypoints that waited for this period are
+// placed after it.
 void stream_put_period(struct stream *stream, uint16_t ticks);
 
-// Append `steps` single periods, `ticks` long together, the first one first_ticks long, that stand
-// in the ring from the head on, and a waypoint that waits for its place behind the period to come.
-// Only when one waypoint waits now: that one is placed behind the first period. The caller shows
-// the periods to the interrupt by the high byte of the first.
+// Append a pixel of `steps` single periods, `ticks` long together, the first one first_ticks long.
+// Only when exactly one waypoint waits: that one is placed after the first period. A new waypoint
+// with this position waits for the period that follows the pixel. The caller writes the periods
+// into the ring from the old head on, before this call or afterwards, and shows them to the
+// interrupt by storing the high byte of the first one last of all.
 //
-//     waypoints    W1 waits            W2 waits         W1: behind one period of this pixel
-//     periods      | first |  ...  | last |
+//     periods      |  first  |  ...  |  last  | the period to come |
+//     waypoints              ^ W1                                  ^ W2, placed later
 void stream_put_pixel(struct stream *stream,
                       uint8_t steps,
                       uint32_t ticks,
                       uint16_t first_ticks,
                       uint16_t position);
 
-// Append a command.
+// Append a command, which takes one entry and no time.
 void stream_put_command(struct stream *stream, enum step_command command);
 
 // True when one of the two trains is free, so that stream_put_train() may be called.
@@ -186,18 +219,20 @@ static inline bool stream_train_free(const struct stream *stream)
     return stream->trains[0].steps == 0 || stream->trains[1].steps == 0;
 }
 
-// Which train an entry is of, by its low byte, and how many of its steps the entry stands for.
+// Which train an entry is of, 0 or 1, by its low byte.
 static inline uint8_t stream_entry_train(int8_t low)
 {
     return low < 0 ? 1 : 0;
 }
 
+// How many steps of that train, 1..127, the entry stands for.
 static inline uint8_t stream_entry_steps(int8_t low)
 {
     return (uint8_t)(low < 0 ? -low : low);
 }
 
-// True while the interrupt, which reads slot `tail` next, makes the older one of two trains in use.
+// True while the interrupt, which reads slot `tail` next, has taken an entry of another train than
+// the newest one last: it makes the older of two trains in use.
 static inline bool stream_in_older_train(const struct stream *stream, uint8_t tail)
 {
     uint8_t slot = (uint8_t)(tail - 1u);
@@ -214,24 +249,25 @@ static inline bool stream_fits_train(const struct stream *stream, const struct e
            (even->remainder == 0 || (uint8_t)even->base_ticks != 0);
 }
 
-// Append the next `steps` of evenly spaced steps as a pulse train, and pass them in *even. Only
-// when stream_train_free() and stream_fits_train(). Waypoints that waited for the period that
-// carries the edge of the step before the train are placed behind the train's first period. Returns
-// the train's ticks.
+// Append the next `steps` (1 or more) of evenly spaced steps as a pulse train, and pass them in
+// *even. Only when stream_train_free() and stream_fits_train(), and when there is room for an entry
+// for each STEP_TRAIN_ENTRY_MAX steps. Waypoints that waited for the period that carries the edge
+// of the step before the train are placed after the train's first period. Returns the train's
+// ticks. Divides, except for all steps of the piece at once.
 uint32_t stream_put_train(struct stream *stream, struct even *even, uint16_t steps);
 
-// stream_put_train() for all steps that are left in *even, which the caller knows to be `ticks`
-// long together: this saves a division. *even stays.
+// stream_put_train() for all steps that are left in *even, `steps` of them, which the caller knows
+// to be `ticks` long together: this saves a division. *even stays as it is.
 void stream_put_rest(struct stream *stream,
                      const struct even *even,
                      uint16_t steps,
                      uint32_t ticks);
 
 // Leave `count` slots out, the first of which keeps reading empty: the interrupt sees nothing of
-// what follows. Returns that slot.
+// what follows until the caller fills that slot last of all. Returns that slot.
 uint8_t stream_reserve(struct stream *stream, uint8_t count);
 
-// True when no further waypoint fits until the reader passes one.
+// True when no further waypoint fits until the reader passes one. Waypoints that wait count too.
 static inline bool stream_waypoints_full(const struct stream *stream)
 {
     return (uint8_t)(stream->waypoint_head - stream->waypoint_tail) >=
@@ -250,33 +286,35 @@ static inline bool stream_one_waypoint_waits(const struct stream *stream)
     return (uint8_t)(stream->waypoint_placed + 1u) == stream->waypoint_head;
 }
 
-// Append a waypoint that waits for its place. Only when stream_waypoints_full() is false.
+// Append a waypoint that waits for its place: a line start or a pixel edge. position: of a pixel
+// edge, expected signed steps of the line, modulo 2^16. Only when stream_waypoints_full() is false.
 void stream_add_waypoint(struct stream *stream, bool line_start, uint16_t position);
 
-// Give every waiting waypoint its place behind the newest entry, `early` periods before its end.
+// Give every waiting waypoint its place after the newest entry, or, if that is an entry of a train,
+// `early` (0..126) periods before its end.
 void stream_place_waypoints(struct stream *stream, uint8_t early);
 
 // The reader's end. `tail` is where the interrupt reads next; the reader never goes beyond it.
 
-// True when there is a waypoint that has its place.
+// True when there is a waypoint that has its place and was not passed.
 static inline bool stream_has_waypoint(const struct stream *stream)
 {
     return stream->waypoint_tail != stream->waypoint_placed;
 }
 
-// The oldest of these waypoints, if there is one.
+// The oldest of these waypoints. Only when stream_has_waypoint().
 static inline const struct waypoint *stream_waypoint(const struct stream *stream)
 {
     return &stream->waypoints[stream->waypoint_tail & (STREAM_WAYPOINTS - 1u)];
 }
 
-// Single periods alone lead to this waypoint.
+// True when single periods alone lead to this waypoint.
 static inline bool waypoint_is_plain(const struct waypoint *waypoint)
 {
     return (waypoint->way & WAYPOINT_PLAIN) == WAYPOINT_PLAIN;
 }
 
-// The waypoint is reached so many periods of a train's entry before its slot.
+// How many periods of a train's entry, 0..126, the waypoint lies before its slot.
 static inline uint8_t waypoint_early(const struct waypoint *waypoint)
 {
     return waypoint_is_plain(waypoint) ? 0 : waypoint->way & WAYPOINT_PLAIN;
@@ -290,13 +328,14 @@ static inline bool stream_waypoint_within(const struct stream *stream, uint8_t c
            (uint8_t)(stream_waypoint(stream)->slot - stream->retired) <= count;
 }
 
-// What the waypoints stand for is not reached any more.
+// Drop the waypoints that have their place: what they stand for is not reached any more.
 static inline void stream_forget_waypoints(struct stream *stream)
 {
     stream->waypoint_tail = stream->waypoint_placed;
 }
 
-// True when single periods were written behind the newest waypoint, and the reader has passed that.
+// True when the reader has passed every waypoint, and single periods alone were written after the
+// newest one.
 static inline bool stream_is_open(const struct stream *stream)
 {
     return !stream_has_waypoint(stream) && stream->plain != 0;
@@ -319,7 +358,7 @@ static inline bool stream_on_plain_way(const struct stream *stream, uint8_t tail
     return waypoint_is_plain(next) && made < (uint8_t)(next->slot - stream->retired);
 }
 
-// The oldest waypoint was passed.
+// The oldest waypoint was passed. Only when stream_has_waypoint().
 static inline void stream_pass_waypoint(struct stream *stream)
 {
     stream->waypoint_tail++;
@@ -332,21 +371,22 @@ static inline uint8_t stream_peek(const struct stream *stream)
     return stream->ring->high[stream->retired];
 }
 
-// Pass the next entry, a command or one of a train. Returns its low byte.
+// Pass the next entry, a command or an entry of a train. Returns its low byte. Only while the
+// reader is not at the interrupt's tail.
 static inline uint8_t stream_pass_entry(struct stream *stream)
 {
     return stream->ring->low[stream->retired++];
 }
 
-// Pass more entries of this train (0 or 1), up to slot `tail` or the next waypoint. Returns the
-// number of their steps.
+// Pass more entries of this train (0 or 1), up to slot `tail`, the next waypoint or another entry.
+// Returns the number of their steps, which is 0 when the reader passed nothing.
 uint16_t stream_pass_train(struct stream *stream, uint8_t train, uint8_t tail);
 
 // Pass single periods up to slot `tail`, the next waypoint or an entry of another kind. Returns the
-// number of periods, and their length in *ticks.
+// number of periods, 0..252, and their length together in *ticks.
 uint8_t stream_pass_periods(struct stream *stream, uint8_t tail, uint32_t *ticks);
 
-// Length of the single period in this slot, ticks.
+// Length of the single period in this slot, 1..STEP_PERIOD_MAX_TICKS ticks. The slot must hold one.
 static inline uint16_t stream_entry_ticks(const struct stream *stream, uint8_t slot)
 {
     uint16_t top_ticks = (uint16_t)(stream->ring->high[slot] << 8);
@@ -354,17 +394,19 @@ static inline uint16_t stream_entry_ticks(const struct stream *stream, uint8_t s
     return (uint16_t)(top_ticks + stream->ring->low[slot] + 1u);
 }
 
-// Length of a single period that the reader has passed, ticks; back: 1 the last one, up to 3.
+// Length of a single period that the reader has passed, ticks; back: 1 the last one, up to 3. The
+// last `back` entries must be single periods.
 static inline uint16_t stream_passed_ticks(const struct stream *stream, uint8_t back)
 {
     return stream_entry_ticks(stream, (uint8_t)(stream->retired - back));
 }
 
 // Ticks from the start of a train (0 or 1) to its step `index` (0: none yet, up to its number of
-// steps). Divides.
+// steps). The train must be in use. Divides, as even_skip() does.
 uint32_t stream_train_ticks(const struct stream *stream, uint8_t train, uint16_t index);
 
 // Length of the shorter intervals of a train (0 or 1), ticks. The longer ones take one tick more.
+// The train must be in use, and the stream must have trains.
 static inline uint16_t stream_train_base(const struct stream *stream, uint8_t train)
 {
     const struct pulse_train *carried = &stream->engine_trains[train];
@@ -373,7 +415,7 @@ static inline uint16_t stream_train_base(const struct stream *stream, uint8_t tr
     return (uint16_t)(top_ticks + carried->short_low + 1u);
 }
 
-// The train (0 or 1) is over.
+// The train (0 or 1) is over, or was cut: the writer may fill it again.
 static inline void stream_free_train(struct stream *stream, uint8_t train)
 {
     // The slots of trains name one of the two.

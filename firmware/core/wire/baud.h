@@ -28,7 +28,7 @@ typedef uint16_t baud_counts;
 // Counts of the port's clock for one bit, rounded to the nearest: 2 at baud_100 = 10000 and 208 at
 // baud_100 = 96 with 16 MHz. The function subtracts instead of dividing, because nothing else in
 // the firmware needs a division of 16 bits; it takes 7 cycles for each count of the result.
-// baud_100 must not be below 96; with 0 the function would never return.
+// baud_100: 96..10000; with 0 the function would never return.
 baud_counts baud_divisor(uint16_t baud_100);
 
 // True when baud_100 is from 96 to 10000 (9600 to 1,000,000 baud) and the rate that the rounded

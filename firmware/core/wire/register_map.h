@@ -15,25 +15,36 @@
 // Input register map_version shows this number, so that a host knows which map a board has.
 #define REG_MAP_VERSION 6u
 
-// Register of axis a: REG_AXIS_BASE + a * REG_AXIS_STRIDE + REG_AXIS_name.
-#define REG_AXIS_BASE   0x0020u // per-axis input registers
+// The input registers of an axis. Register of axis a (from 0):
+//
+//     REG_AXIS_BASE + a * REG_AXIS_STRIDE + REG_AXIS_name
+#define REG_AXIS_BASE   0x0020u
 #define REG_AXIS_STRIDE 0x0010u
-// Record r of axis a: REG_RECORD_BASE + a * REG_RECORD_STRIDE + REG_RECORD_HEADER
-// + r * REG_RECORD_WORDS.
-#define REG_RECORD_BASE   0x0100u // per-pixel records, input
+// The per-pixel records, input registers. Record r of axis a:
+//
+//     REG_RECORD_BASE + a * REG_RECORD_STRIDE + REG_RECORD_HEADER + r * REG_RECORD_WORDS
+//
+//     header    newest pixel (2), number of records, records of the line
+//     record    pixel, expected position (2), actual position (2), error of the clock's edge
+#define REG_RECORD_BASE   0x0100u
 #define REG_RECORD_STRIDE 0x0080u
-#define REG_RECORD_HEADER 4u // newest pixel (2), count, records of the line
-#define REG_RECORD_WORDS  6u // pixel, expected (2), actual (2), clock edge error
-// Event e: REG_EVENT_BASE + REG_EVENT_HEADER + e * REG_EVENT_WORDS.
-#define REG_EVENT_BASE   0x0300u // newest events, input
-#define REG_EVENT_HEADER 1u      // events since reset
-#define REG_EVENT_WORDS  8u      // number, code, axis, argument, pixel (2), time (2)
-// Free bytes in the queue of axis a: REG_ROOM_BASE + a. Together, so that a host that keeps several
-// queues filled reads them by one short request.
-#define REG_ROOM_BASE 0x00A0u // input
-// One write from the window's start carries one block for one axis. The axis's word has the number
-// of bytes in its high half when packed bytes follow (line/segment_pack.h), else runs follow.
-#define REG_QUEUE_WINDOW 0x1000u // block, axis, then runs of two words or bytes
+#define REG_RECORD_HEADER 4u
+#define REG_RECORD_WORDS  6u
+// The newest events, input registers. Event e: REG_EVENT_BASE + REG_EVENT_HEADER
+// + e * REG_EVENT_WORDS.
+//
+//     header    events since reset
+//     event     number, code, axis, argument, pixel (2), time (2)
+#define REG_EVENT_BASE   0x0300u
+#define REG_EVENT_HEADER 1u
+#define REG_EVENT_WORDS  8u
+// Free bytes in the queue of axis a, input register REG_ROOM_BASE + a. The registers of all axes
+// stand together, so that a host that keeps several queues filled reads them by one short request.
+#define REG_ROOM_BASE 0x00A0u
+// The queue window, holding registers. One write from the window's start carries one block for one
+// axis: its number, the axis's word, and then the entries. The axis's word has the number of bytes
+// in its high half when packed bytes follow (line/segment_pack.h); else runs of two words follow.
+#define REG_QUEUE_WINDOW 0x1000u
 #define REG_QUEUE_HEADER 2u
 
 // The rows of registers.def become the constants REG_INPUT_name, REG_AXIS_name (an offset within

@@ -21,19 +21,28 @@
 // Counters that function 08 reads, one by each of its sub-functions from 11 to 18.
 #define SERVER_COUNTERS 8u
 
-// What the server and its bus counted since reset or since the counters were cleared; they wrap. In
-// the order of function 08, from sub-function 11 on.
+// What the server and its bus counted since reset or since the counters were cleared; all of them
+// wrap. In the order of function 08, from sub-function 11 on. server_serve() counts exceptions,
+// requests and replies; the bus port (app/bus) counts the others.
 struct server_counters {
     union {
         struct {
-            uint16_t bus_messages; // frames with a right checksum, for us or not
-            uint16_t crc_errors;   // frames dropped for their checksum
-            uint16_t exceptions;   // exception replies
-            uint16_t frames_ok;    // requests for us or for all
-            uint16_t no_replies;   // of these, without a reply
-            uint16_t naks;         // always 0
-            uint16_t busy_replies; // exceptions 06
-            uint16_t rx_overruns;  // bytes lost by the receiver
+            // Frames with a right checksum, for us or not.
+            uint16_t bus_messages;
+            // Frames dropped for their checksum.
+            uint16_t crc_errors;
+            // Exception replies.
+            uint16_t exceptions;
+            // Requests for us or for all.
+            uint16_t frames_ok;
+            // Those of them that got no reply.
+            uint16_t no_replies;
+            // Always 0: this server sends no such reply.
+            uint16_t naks;
+            // Exception replies with code 06.
+            uint16_t busy_replies;
+            // Bytes lost by the receiver.
+            uint16_t rx_overruns;
         };
         // These eight counters by number: all[0] is bus_messages.
         uint16_t all[SERVER_COUNTERS];
@@ -43,15 +52,16 @@ struct server_counters {
     bool listen_only;
 };
 
-// The listen-only mode. An image without function 08 cannot come to it.
+// True in the listen-only mode. An image without function 08 is never in it.
 static inline bool server_listens_only(const struct server_counters *counters)
 {
     return FEATURE_DIAGNOSIS && counters->listen_only;
 }
 
 // Serve the frame for which frame_look() returned FRAME_READY. Returns the number of bytes of the
-// reply in frame->bytes, to be sealed and sent, or 0 when there is no reply: to a broadcast, or in
-// listen-only mode. An exception is a reply of 3 bytes, and nothing was changed then. The request
-// is used up in every case. Writes nothing beyond frame->length if the frame is a broadcast,
-// because the next request may already lie there. May take some hundred microseconds.
+// reply in frame->bytes, to be sealed and sent. Returns 0 when there is no reply: to a broadcast,
+// or in listen-only mode. An exception is a reply of 3 bytes; the request has then changed nothing.
+// The request's bytes mean nothing afterwards. If the frame is a broadcast, nothing beyond
+// frame->length is written, because the next request may already lie there. May take some hundred
+// microseconds; on boards of several axes there may be interludes.
 uint8_t server_serve(struct frame *frame, struct server_counters *counters);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The data behind the Modbus server: what core needs from who links it. The firmware's is in
-// app/registers. Addresses are 0-based; main loop only.
+// The data that the Modbus server serves: functions that core calls and that the program which
+// links core supplies. Those of the firmware are in app/registers. Addresses are 0-based. Main loop
+// only.
 //
 //     core/wire/server.c ---- data_*() ---->  app/registers: data.c, bits.c, identity.c
 //
@@ -22,9 +23,9 @@ enum modbus_exception {
     MODBUS_ILLEGAL_ADDRESS = 2,
     // The quantity, the length or a value is outside its range.
     MODBUS_ILLEGAL_VALUE = 3,
-    // The request is well formed, but the board's state does not allow it now.
+    // The request is well formed, but the board's state does not allow it.
     MODBUS_DEVICE_FAILURE = 4,
-    // The board cannot do it now: the host repeats the request later.
+    // The board cannot carry the request out yet: the host repeats the request later.
     MODBUS_BUSY = 6,
 };
 
@@ -36,9 +37,10 @@ enum modbus_exception {
 bool data_input_mapped(uint16_t address, uint16_t count);
 // The value of a mapped input register.
 uint16_t data_input(uint16_t address);
-// Of these mapped input registers, `count` (1..125) from `address` on, the first ones that take
-// less time together than one by one, big-endian. Returns their number, 0 when there are none.
-// There may be an interlude. A board of several axes only.
+// Read the first of these mapped input registers, `count` (1..125) from `address` on, if they take
+// less time together than one by one; *to gets them big-endian. Returns how many registers were
+// read, 0 when there are none of that kind. There may be an interlude. A board of several axes
+// only.
 uint8_t data_inputs(uint16_t address, uint8_t count, uint8_t *to);
 // True when every one of the `count` holding registers (1..125) from `address` on exists. The queue
 // window takes any count at its first address and none elsewhere.
@@ -50,6 +52,8 @@ uint16_t data_holding(uint16_t address);
 // function may use their memory, and they have any value afterwards. Called with a mapped range
 // only. Returns MODBUS_OK when everything was written and carried out.
 enum modbus_exception data_write(uint16_t address, uint16_t count, uint8_t *words);
+
+// The functions about bits are for images with FEATURE_BITS.
 
 // True when every one of the `count` bits (1..2000) from `address` on exists. which: SERVER_COILS
 // or SERVER_DISCRETE.
@@ -63,6 +67,8 @@ bool data_bit(uint16_t address, uint8_t which);
 enum modbus_exception data_write_coils(uint16_t address,
                                        uint16_t count,
                                        const uint8_t *bits);
+
+// The last three functions are for images with FEATURE_DIAGNOSIS.
 
 // Write the text that identifies the board: vendor, product code and revision, three words divided
 // by spaces, without a final zero. At most `room` bytes are written. Returns their number.

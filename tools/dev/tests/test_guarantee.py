@@ -3,9 +3,15 @@
 
 import pytest
 
-from effort import cases
-from pixstep_dev.guarantee import campaign
+from effort import LONG, cases
+from pixstep_dev.guarantee import campaign, rates
 from pixstep_dev.guarantee.campaign import GuaranteePlan
+
+
+class TooFast(rates.RatedLine):
+    """A line that no board is guaranteed."""
+
+    steps = 780
 
 
 @pytest.mark.usefixtures("simulator")
@@ -15,3 +21,19 @@ def test_accepted_sets_run_clean(sets, seed):
     assert outcome.complaints == []
     accepted = [one for one in outcome.ended if one.accepted]
     assert len(accepted) >= sets // 3
+
+
+@pytest.mark.usefixtures("simulator")
+def test_lines_at_the_guaranteed_rates_run_beside_a_saturated_bus():
+    """A request may come at the moment at which a ring is lowest."""
+    few = [rates.RatedLine("uno", 1, "start", "smooth", 100)]
+    few.append(rates.RatedLine("mega", 4, "lock", "constant", 100))
+    outcome = rates.run(rates.rated() if LONG else few, cases(2, 6))
+    assert outcome.complaints == []
+
+
+@pytest.mark.usefixtures("simulator")
+def test_a_line_above_its_guaranteed_rate_is_seen_to_fail():
+    """The highest rate that was seen to run once is no guarantee."""
+    outcome = rates.run([TooFast("uno", 1, "start", "smooth", 100)], 2)
+    assert len(outcome.complaints) == 2

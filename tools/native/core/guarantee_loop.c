@@ -211,22 +211,26 @@ static double edge_cost(const struct loop *r)
     return r->board->lead_edges != 0 ? r->cost->edge_locked : r->cost->edge;
 }
 
-// After the longest request the ring of a single axis is low, and batches of its curves are short:
-// what it takes to begin a batch, an edge among it, must be made up for by what the batch has over
-// what it costs.
+// After the longest request a single axis has a round before it decodes, and an edge may come in
+// it. Its ring is low then, and batches of its curves are short: what it takes to begin a batch
+// must be made up for by what the batch has over what it costs.
 static double spare_ticks(struct loop *r, const struct axis *a)
 {
     const struct guarantee_costs *c = r->cost;
     const struct part *part = &a->next.part;
-    double spare = r->board->spare_ticks;
     double until;
 
-    if (r->several || a->walk.kind != CURVE || part->steps < BATCH_LOW) {
-        return spare;
+    if (r->several) {
+        return r->board->spare_ticks;
     }
     double slower = r->board->margin / (1.0 - interrupts(r, &until));
     double begin = slower * (round_cost(r) + edge_cost(r) + c->turn + c->account +
                              c->call + c->short_batch);
+    double spare = fmax(r->board->spare_ticks, begin);
+
+    if (a->walk.kind != CURVE || part->steps < BATCH_LOW) {
+        return spare;
+    }
     double lasts = (part->end - part->begin) / part->steps;
     double takes = slower * a->next.cycles / part->steps;
     double least = lasts * BEGUN_MOST;
@@ -299,7 +303,8 @@ static bool account_helps(const struct loop *r, const struct axis *a)
     return a->tail != a->head && a->parts[a->tail].end <= r->now;
 }
 
-// Entries that are made and can be accounted for: those of a part are free when all of them are made.
+// Entries that are made and can be accounted for: those of a part are free when all of them are
+// made.
 static double made_entries(const struct loop *r, const struct axis *a)
 {
     double made = 0.0;

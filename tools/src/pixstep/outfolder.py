@@ -73,7 +73,7 @@ def _refuse_others(out: Path, wanted: list[str], ours: _Sums) -> None:
         if not (path.exists() or path.is_symlink()):
             continue
         if path.exists() and not path.is_file():
-            raise UserError(f"{path}: is no file: nothing can be written there")
+            raise UserError(f"{path}: is not a file: nothing can be written there")
         if name in ours and not path.is_symlink() and _sum(path) in ours[name]:
             continue
         if not atomic.forced():

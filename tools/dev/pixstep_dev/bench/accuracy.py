@@ -60,8 +60,8 @@ def measure(board: str, rate: int, load: bool) -> list[dict[str, Any]]:
 FIGURE = BenchFigure(
     NAME,
     "Constant rates: rate and interval error over 60,000 steps",
-    "Rate error: slope of the edges over the exact instants. Interval error: the largest "
-    "difference of an interval from the exact one, ticks of the board's clock.",
+    "Rate error: the slope of the edges over the exact instants. Interval error: the largest "
+    "difference between an interval and the exact interval, in ticks of the board's clock.",
     tasks,
     (
         key("board", "board", left=True),

@@ -139,13 +139,12 @@ FIGURE = BenchFigure(
     NAME,
     "Highest pixel clock for pixels of few steps",
     "All axes at once, every edge exact for 2 s and no fault; searched in strides of 50 Hz. One "
-    "count: plain lines of so many steps in each pixel. Smooth: smooth lines that take up backlash "
-    "and come to this speed, and from it, within a pixel. Ramps: the same, by 2 steps/pixel2. "
-    "Streamed: each axis has counts of its own, up to 2 "
-    "steps lower, which a host sends at 500,000 baud while it reads positions and records "
-    "(thinned). Mixed: the same, counts from half as many steps up. Beyond: how the next faster "
-    "clock ends. Serial load: clean at this clock while the "
-    "serial line is saturated.",
+    "count: plain lines with this many steps in each pixel. Smooth: smooth lines that take up "
+    "backlash, reach this speed within a pixel, and come to rest within a pixel. Ramps: such lines "
+    "that change their speed by 2 steps/pixel2. Streamed: each axis has counts of its own, up to 2 "
+    "steps lower, which a host sends at 500,000 baud while it reads positions and thinned records. "
+    "Mixed: as streamed, with counts from half as many steps up. Beyond: how the next faster clock "
+    "ends. Serial load: the clock that is clean while the serial line is saturated.",
     tasks,
     (
         key("board", "board", left=True),

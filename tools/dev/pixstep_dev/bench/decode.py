@@ -72,7 +72,7 @@ def measure(board: str, kind: PixelKind) -> list[dict[str, Any]]:
 FIGURE = BenchFigure(
     NAME,
     "Decoding, cycles a step in the main loop",
-    "One axis, lines of one kind of pixel, interrupts not counted; the step interrupt beside it.",
+    "One axis, lines of one kind of pixel. Decoding: the main loop, interrupts not counted.",
     tasks,
     (
         key("board", "board", left=True),

@@ -83,9 +83,9 @@ def _row(found: dict[str, Any], board: str, text: str) -> dict[str, Any]:
 FIGURE = BenchFigure(
     NAME,
     "Interrupt handlers, cycles from the flag's service to the end of RETI",
-    "Response (4 cycles, 5 on the Mega) and the vector's jump included, nested handlers not. "
-    "Latest start: from the flag to its service. Cycles a step: all cycles of the handler over "
-    "the steps made meanwhile.",
+    "With the response (4 cycles, 5 on the Mega) and the vector's jump, without nested handlers. "
+    "A step: all cycles of the handler, divided by the steps that were made meanwhile. Latest "
+    "start: the longest time from the flag to its service.",
     tasks,
     (
         key("board", "board", left=True),

@@ -80,9 +80,9 @@ def _outcome(row: dict[str, Any]) -> str:
 FIGURE = BenchFigure(
     NAME,
     "Beyond the highest rate",
-    "Lines at rates up to 1,000,000 steps/s at a pixel clock of 100 Hz, forced onto the board "
-    "without the host's check, all axes at once: what becomes of them, from the lowest to the "
-    "highest rate that ended so.",
+    "Lines at rates up to 1,000,000 steps/s at a pixel clock of 100 Hz, sent to the board without "
+    "the host's check, all axes at once. A row: the lowest and the highest of the rates that ended "
+    "in the same way.",
     tasks,
     (
         key("board", "board", left=True),

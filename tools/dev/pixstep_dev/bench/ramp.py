@@ -92,11 +92,11 @@ def measure(board: str, hz: Fraction) -> list[dict[str, Any]]:
 FIGURE = BenchFigure(
     NAME,
     "Ramp from 0 to 30,000 steps/s at 100,000 steps/s2, edge error in us",
-    "Smooth line of so many pixels. Ramp: every edge against sqrt(2k/a). Line: against the exact "
+    "A smooth line. Ramp: every edge against sqrt(2k/a). Line: every edge against the exact "
     "instants of the line's counts, which at 100 Hz are the ramp and at 30 Hz only near it (even "
-    "boundary speeds). Each edge is rounded up to a tick, so the errors lie between 0 and one tick "
-    "(0.0625 us at 16 MHz) after line zero; max and RMS are after removing their mean, one shift "
-    "of all edges together; from zero: without it.",
+    "boundary speeds). The board rounds each edge up to a tick, so the errors from line zero on "
+    "lie between 0 and one tick (0.0625 us at 16 MHz). Max and RMS: without the mean of the "
+    "errors, which shifts all edges together. From zero: with their mean.",
     tasks,
     (
         key("board", "board", left=True),

@@ -114,9 +114,9 @@ FIGURE = BenchFigure(
     "Clean: every edge exact for 2 s, after the line's own ramp of 100,000 steps/s2 where there is "
     "one, and no fault; searched in strides of at most 500 steps/s. Constant: plain lines. Smooth: "
     "every pixel near the peak accelerates or brakes. Beyond: how the next higher rate ends. "
-    "Holes: rates at 50, 75, 90 and 95 % of the result were run too. Serial load: clean at this "
-    "rate while the serial line is saturated. Guaranteed: what `limits` promises, whatever a host "
-    "asks meanwhile and with a clock as bad as declared.",
+    "Holes: which of the rates at 50, 75, 90 and 95 % of the result were not clean. Serial load: "
+    "the rate that is clean while the serial line is saturated. Guaranteed: what `limits` "
+    "promises, whatever a host asks meanwhile and with a clock as bad as declared.",
     tasks,
     (
         key("board", "board", left=True),

@@ -72,10 +72,10 @@ def _others(row: dict[str, Any]) -> str:
 FIGURE = BenchFigure(
     NAME,
     "CPU share, one axis",
-    "Share: all handlers, decoding, and following what the handlers did: what grows with the "
-    "steps. The main loop looks for work without end "
-    "in its other sections, so these tell nothing about load; the upper bound counts as work all "
-    "that goes beyond as many passes of a board at rest.",
+    "Share: what grows with the steps, that is all handlers, decoding, and following what the "
+    "handlers did. In its other sections the main loop looks for work without end, so their time "
+    "says nothing about load. Upper bound: counts as work also what these sections take beyond as "
+    "many passes of a board at rest.",
     tasks,
     (
         key("board", "board", left=True),

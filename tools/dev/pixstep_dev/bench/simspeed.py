@@ -38,7 +38,7 @@ def measure(board: str) -> list[dict[str, Any]]:
 FIGURE = BenchFigure(
     NAME,
     "The simulator's speed, times real time (depends on the machine)",
-    "Simulated seconds for each second of CPU time, one core, every edge logged.",
+    "Simulated seconds in a second of CPU time, on one core, with every edge logged.",
     tasks,
     (
         key("board", "board", left=True),

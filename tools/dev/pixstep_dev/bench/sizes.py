@@ -66,8 +66,8 @@ def _stack_used(board: str, steady: bool) -> int:
 FIGURE = BenchFigure(
     NAME,
     "Size, bytes",
-    "Worst stack: counted on the disassembly path by path (`tools/checks/sizes.py`); stack seen: "
-    "the simulator's high-water mark with all axes moving and the serial line saturated.",
+    "Stack seen: the simulator's high-water mark with all axes moving and the serial line "
+    "saturated. Worst stack: counted path by path on the disassembly (`tools/checks/sizes.py`).",
     tasks,
     (
         key("board", "board", left=True),

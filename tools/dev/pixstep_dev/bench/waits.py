@@ -80,8 +80,8 @@ def _line(board: str, *, streamed: bool) -> tuple[Any, ...]:
 FIGURE = BenchFigure(
     NAME,
     "Interrupts off, and the step interrupt's longest wait, cycles",
-    "Off: the longest stretch with the I bit clear, handlers included; in the main loop: without "
-    "them. Wait: from the step interrupt's flag to its service, any axis.",
+    "Off: the longest stretch with the I bit clear, handlers included. Off in the main loop: "
+    "without handlers. Step interrupt waits: from its flag to its service, on any axis.",
     tasks,
     (
         key("board", "board", left=True),

@@ -50,11 +50,26 @@ def costs_command(
 @command("guarantee")
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), multiple=True, help="Default: all.")
 @click.option("--count", type=click.IntRange(min=1), default=500, show_default=True, help="Sets.")
+@click.option(
+    "--rates",
+    "phases",
+    type=click.IntRange(min=0),
+    default=0,
+    metavar="RUNS",
+    help="No random sets, but so many runs of each line at a guaranteed rate.",
+)
 @seed_option
 @json_option
 @click.pass_context
 def guarantee_command(
-    ctx: click.Context, /, board: tuple[str, ...], count: int, seed: int, *, as_json: bool
+    ctx: click.Context,
+    /,
+    board: tuple[str, ...],
+    count: int,
+    seed: int,
+    phases: int,
+    *,
+    as_json: bool,
 ) -> None:
     """Run random sets of lines about what boards are guaranteed to follow.
 
@@ -62,9 +77,17 @@ def guarantee_command(
     kHz, counts queued or streamed, at 40 to 120 % of the limit, with a clock as bad as declared,
     beside a quiet or a saturated bus. Exit status 0 only if no set that is accepted ends otherwise
     than with every edge right.
-    """
-    from pixstep_dev.guarantee import campaign
 
+    With --rates lines at the guaranteed rates run so many times each beside a saturated bus.
+    """
+    from pixstep_dev.guarantee import campaign, rates
+
+    if phases:
+        lines = rates.rated(board)
+        with progress.shown(f"{len(lines)} lines") as show:
+            found = rates.run(lines, phases, progress=show)
+        finish(ctx, asdict(found), found.rows, "every line ran to its end", as_json=as_json)
+        return
     with progress.shown(f"{count} sets") as show:
         outcome = campaign.run(campaign.GuaranteePlan(count, seed, board), show)
     facts = {"ended": [asdict(one) for one in outcome.ended], "complaints": outcome.complaints}

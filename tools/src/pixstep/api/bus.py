@@ -80,14 +80,18 @@ class Board:
         axes: int = 1,
         sync: Sync | None = None,
         divider: int | None = None,
+        guaranteed: bool = True,
     ) -> CheckResult:
         """Check a line by the limits that the board has now; nothing is sent.
 
-        `axes` is the number of axes that move together, its own included; `sync` and `divider` are
-        those that `run` is to set.
+        `axes` is the number of axes that move together, its own included: each of them by a line
+        like this one; `sync` and `divider` are those that `run` is to set. `guaranteed=False`
+        leaves out whether the board has the time for the line (`beyond_guarantee`).
         """
         arguments.instance("line", line, MotionLine, "a MotionLine")
-        return running.check(self.device, line, axes, Clocking(sync, divider))
+        wanted = Clocking(sync, divider)
+        guaranteed = arguments.flag("guaranteed", guaranteed)
+        return running.check(self.device, line, axes, wanted, guaranteed=guaranteed)
 
     def start(
         self,

@@ -17,7 +17,7 @@ from pixstep.api.machines import Motor
 from pixstep.api.shown import Facts, LineRefusedError, Shown, count, frame
 from pixstep.api.words import BoardKind, Decimals, Decode, Quantity, Separator
 from pixstep.arguments import FAR
-from pixstep.board import capability, settings
+from pixstep.board import capability, guarantee, settings
 from pixstep.errors import RefusedError, UserError, told
 from pixstep.lines import line_check
 from pixstep.lines.line import SMOOTH, Line
@@ -122,6 +122,16 @@ class CheckResult(Shown):
         """True if the board would refuse the line."""
         return bool(self.errors)
 
+    def with_guarantee(self, line: Line, axes: int, world: guarantee.LineConditions) -> Self:
+        """Return it with where the board may be late, if nothing else refuses the line.
+
+        `axes` of the board move by it.
+        """
+        if self.refused:
+            return self
+        more = guarantee.findings([line] * axes, world)
+        return replace(self, findings=(*self.findings, *more))
+
     def raise_if_refused(self) -> Self:
         """Raise LineRefusedError naming the first error and its pixel; else return the result."""
         try:
@@ -201,28 +211,31 @@ class MotionLine(Shown):
         axes: int = 1,
         sync: str | None = None,
         divider: int | None = None,
+        guaranteed: bool = True,
     ) -> CheckResult:
         """Check the line as a board would, by the firmware's own check, and by the motor's limits.
 
         `board` is `"uno"`, `"mega"` or `"m1284"`, by default that of the motor. `axes` is the
-        number of axes that move together, its own included. `sync` and `divider` are as for
-        `simulate`: a pixel that is locked to the clock may be shorter. Without a board or a pixel
-        frequency the shortest interval and the reversal time are not checked.
+        number of axes that move together, its own included: each of them by a line like this one.
+        `sync` and `divider` are as for `simulate`: a pixel that is locked to the clock may be
+        shorter. Without a board or a pixel frequency the shortest interval and the reversal time
+        are not checked, nor whether the board has the time for the line (`beyond_guarantee`), which
+        `guaranteed=False` leaves out.
         """
         motor = self.motor
         kind = given.board(board) or (motor.board if motor else None)
         sync, divider = given.sync(sync), given.divider(divider)
         count = given.axes(axes, kind)
-        bounds = Limits()
-        if kind and self.pixel_hz:
-            clock = settings.of_clock(
-                sync or (motor.sync if motor else None),
-                divider or (motor.divider if motor else None),
-            )
-            bounds = capability.named_limits(kind, self.pixel_hz, axes=count, clock=clock).of(
-                self.line
-            )
-        return self.check_by(bounds, kind if self.pixel_hz else None)
+        if kind is None or self.pixel_hz is None:
+            return self.check_by(Limits())
+        clock = settings.of_clock(
+            sync or (motor.sync if motor else None), divider or (motor.divider if motor else None)
+        )
+        bounds = capability.named_limits(kind, self.pixel_hz, axes=count, clock=clock).of(self.line)
+        found = self.check_by(bounds, kind)
+        if not arguments.flag("guaranteed", guaranteed):
+            return found
+        return found.with_guarantee(self.line, count, guarantee.world(kind, self.pixel_hz, clock))
 
     def check_by(self, bounds: Limits, board: str | None = None) -> CheckResult:
         """Check the line by given limits and those of the motor, whichever is lower."""

@@ -169,11 +169,15 @@ def with_records(device: Device, axes: Sequence[int], records: Recording) -> tup
     return tuple(replace(state, records=records.of(state.axis)) for state in states)
 
 
-def check(device: Device, line: MotionLine, axes: int, clock: Clocking) -> CheckResult:
+def check(
+    device: Device, line: MotionLine, axes: int, clock: Clocking, *, guaranteed: bool
+) -> CheckResult:
     """Check a line by the limits that a board has now; `axes` move together."""
     known = settings.of_clock(given.sync(clock.sync), given.divider(clock.divider))
     bounds = capability.connected_limits(device, line.pixel_hz, given.axes(axes, None), known)
-    return line.check_by(bounds.of(line.line), device.who().board)
+    found = line.check_by(bounds.of(line.line), device.who().board)
+    world = guarantee.of_board(device, bounds.pixel_hz, known) if guaranteed else None
+    return found.with_guarantee(line.line, axes, world) if world else found
 
 
 def prepare(
@@ -194,7 +198,7 @@ def prepare(
     _refuse(device, found)
     if checked:
         for item in found.values():
-            check(device, item, len(found), wanted).raise_if_refused()
+            check(device, item, len(found), wanted, guaranteed=False).raise_if_refused()
         known = settings.of_clock(given.sync(wanted.sync), given.divider(wanted.divider))
         world = guarantee.of_board(device, hz, known)
         if world and not beyond:

@@ -345,7 +345,11 @@ def _refuse(
             )
         if check:
             item.check(
-                kind, axes=len(lines), sync=clocking.sync, divider=clocking.divider
+                kind,
+                axes=len(lines),
+                sync=clocking.sync,
+                divider=clocking.divider,
+                guaranteed=False,  # which all lines together are asked for
             ).raise_if_refused()
 
 

@@ -72,6 +72,10 @@ class OvertakenError(BoardError):
     """A request was not sent, because a stop that came after it went first."""
 
 
+class EmergencyStoppedError(BoardError):
+    """A motion was not begun: the emergency stop is latched, and only a person clears it."""
+
+
 class NotPossibleError(BoardError):
     """The board does not take a command in the state that it is in."""
 

@@ -14,6 +14,7 @@ from pixstep.board.device import Device
 from pixstep.board.errors import (
     IMPOSSIBLE,
     BoardError,
+    EmergencyStoppedError,
     ExceptionReplyError,
     FaultError,
     LineLostError,
@@ -394,7 +395,7 @@ def _why_not(board: Device, name: str, axes: list[int]) -> BoardError:
     state = board.inputs()
     said = f"board {board.unit}: {name}:"
     if regs.flags(state["status"])["estop"]:
-        return BoardError(
+        return EmergencyStoppedError(
             f"{said} the emergency stop is pressed: release it, then `pixstep board clear`"
         )
     fault = board.fault_advice()

@@ -338,7 +338,8 @@ def _header_length(data: bytes, findings: Findings) -> int | None:
         message = f"truncated: header text of {length} bytes announced, {there} are there"
         findings.error("truncated", 1, len(data) - _CRC_BYTES + 1, message)
     elif (there - length) % _ROW_BYTES:
-        message = f"{there - length} bytes of data are no whole number of {_ROW_BYTES}-byte values"
+        odd = there - length
+        message = f"{odd} bytes of data are not a whole number of {_ROW_BYTES}-byte values"
         findings.error("truncated", 1, CSB_TEXT_AT + length + 1, message)
     else:
         return length

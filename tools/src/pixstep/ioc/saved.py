@@ -102,7 +102,7 @@ class Saved:
 
 def _read(path: Path) -> dict[str, dict[str, Any]]:
     """Return what a file holds, nothing if it is not there."""
-    wrong = f"{path}: is no file of `pixstep ioc` (take it away, and the IOC begins without it)"
+    wrong = f"{path}: is not a file of `pixstep ioc` (remove it, and the IOC begins without it)"
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:

@@ -89,7 +89,7 @@ def _positions(machine: MachineFile, path: Path, name: str, column: str) -> _Pos
     said = meaning_of(column.removeprefix(name))
     number = read.column.number
     if said.unclear is not None:
-        raise RefusedError(f"{path}: {read.table.title(number)}: {said.unclear!r} is no unit")
+        raise RefusedError(f"{path}: {read.table.title(number)}: {said.unclear!r} is not a unit")
     unit = said.unit or "steps"
     try:
         factor = factor_of(unit, POSITION, motor.steps_per_unit, None)

@@ -113,7 +113,7 @@ class RunFolder:
         """Return the folder of a run. Raises UserError if it is none."""
         log = path / run_log.NAME
         if not log.is_file():
-            what = "is no file" if log.exists() else "is not there"
+            what = "is not a file" if log.exists() else "is not there"
             raise UserError(f"{path}: no run of a job: {run_log.NAME} {what}")
         return cls(path)
 
@@ -133,7 +133,7 @@ class RunFolder:
         if not begun:
             raise RefusedError(
                 f"{self.log_path}: tells of no run that has begun: if it is lost, nobody knows "
-                f"what is printed; to print anew, run the job into another folder"
+                f"what is printed; to print again, run the job into another folder"
             )
         if job.header.id not in begun:
             raise RefusedError(f"{self.job_path}: is not the job that this run has begun with")

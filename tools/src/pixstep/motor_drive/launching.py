@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from enum import Enum, auto
 
-from pixstep.board.errors import BoardError, LineLostError, NoReplyError
+from pixstep.board.errors import BoardError, EmergencyStoppedError, LineLostError, NoReplyError
 from pixstep.motor_drive.feed import Feed, Steps, clear_fault, discard, lines_since
 from pixstep.motor_drive.homing import Home, plan_of
 from pixstep.motor_drive.motions import DrivenMotion, DrivenMove, WantedSpeeds
@@ -19,7 +19,7 @@ from pixstep.motor_drive.starting import DrivenMotor, Starting
 from pixstep.motor_drive.statuses import KnownAxis, TurnGiver
 from pixstep.motor_drive.watch import AxisLook, BoardSnapshot, BoardWatch
 
-_LIMITS = ("limit_minus", "limit_plus")
+_LIMITS, _ESTOP = ("limit_minus", "limit_plus"), "estop"
 _OVER = ("done", "loaded")  # the lines that were there have ended; loaded is one that came late
 
 
@@ -76,7 +76,7 @@ def broken_text(look: BoardSnapshot, unit: int, axis: int) -> str:
 
 def stopped_elsewhere(look: BoardSnapshot, axis: int) -> bool:
     """Whether somebody has stopped a motion that has ended before its time."""
-    return look.axes[axis].state != "fault" or look.fault == "estop"
+    return look.axes[axis].state != "fault" or look.fault == _ESTOP
 
 
 def misplaced_text(motion: DrivenMotion, position_steps: int) -> str:
@@ -104,13 +104,22 @@ class Launching:
         self._known, self._starting = known, starting
         self.left = False
         """Whether a part of a line that this drive has queued is there and will not run."""
+        self._estop_seen = False
 
     def begin(self, motion: DrivenMotion, wanted: WantedSpeeds) -> Steps:
         """Begin a motion; `wanted` are the speeds of a homing."""
         return self._homing(motion, wanted) if isinstance(motion, Home) else self._lines(motion)
 
     def _lines(self, motion: DrivenMotion) -> Steps:
-        """Queue and arm; what the board was left with by others is cleared away before."""
+        """Queue and arm; what the board was left with by others is cleared away before.
+
+        The emergency stop is not, but by a person: nothing may move because it was released.
+        """
+        if self._estop_latched and not self._estop_seen:
+            raise EmergencyStoppedError(
+                f"board {self._motor.unit}: the emergency stop is latched: release it, then home "
+                f"the axis or set its position"
+            )
         yield from self._clear()
         for last in (False, True):
             axis = self._known.axis
@@ -171,6 +180,22 @@ class Launching:
         """The thread of a homing has ended; it calls this."""
         self._watch.look_soon()
         self._owner.wake()
+
+    @property
+    def _estop_latched(self) -> bool:
+        return bool(self._known.look and self._known.look.fault == _ESTOP)
+
+    def position_is_set(self) -> None:
+        """Take that a person has said where the motor is, perhaps after an emergency stop."""
+        self._estop_seen = self._estop_latched and not self._estop_pressed
+
+    def looked(self) -> None:
+        """Take a look of the board: what was said before the stop is pressed counts no more."""
+        self._estop_seen = self._estop_seen and self._estop_latched and not self._estop_pressed
+
+    @property
+    def _estop_pressed(self) -> bool:
+        return bool(self._known.look and self._known.look.estop)
 
     def _clear(self) -> Steps:
         """Clear a fault, or discard a part of a line that will not run."""

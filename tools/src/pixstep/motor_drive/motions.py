@@ -99,7 +99,7 @@ class WantedSpeeds:
         """Take a command that sets one; return whether it does."""
         now, value = self.kinematics, abs(command.argument or 0.0)
         if not math.isfinite(value):
-            raise ValueError(f"{value} is no speed or target")
+            raise ValueError(f"{value} is not a speed or a target")
         if command.verb is Verb.SET_VELOCITY:
             now = MoveKinematics(value, now.base_steps_s, now.acceleration_steps_s2)
         elif command.verb is Verb.SET_VEL_BASE:

@@ -8,7 +8,13 @@ import math
 from collections import deque
 from dataclasses import replace
 
-from pixstep.board.errors import BoardError, LineLostError, NoReplyError, OvertakenError
+from pixstep.board.errors import (
+    BoardError,
+    EmergencyStoppedError,
+    LineLostError,
+    NoReplyError,
+    OvertakenError,
+)
 from pixstep.motor_drive.feed import Steps, require_idle, stop
 from pixstep.motor_drive.homing import Home
 from pixstep.motor_drive.launching import (
@@ -152,12 +158,14 @@ class AxisWork:
         except (NoReplyError, LineLostError) as error:
             self._unanswered(str(error))
         except BoardError as error:
-            self.statuses.stopped_elsewhere = isinstance(error, OvertakenError)
+            elsewhere = isinstance(error, OvertakenError | EmergencyStoppedError)
+            self.statuses.stopped_elsewhere = elsewhere
             self._refused(motion, str(error))
 
     def looked(self, look: BoardSnapshot) -> None:
         """Take what the board says now."""
         self.known.look = look
+        self._launching.looked()
         if self._resets != self._watch.resets:
             self._resets = self._watch.resets
             self._was_reset()
@@ -294,6 +302,7 @@ class AxisWork:
     def _load(self, position: float) -> None:
         """Make a position that of the motor where it is."""
         self.known.load(whole(position))
+        self._launching.position_is_set()
         self.statuses.problem = ""
         self.statuses.stopped_elsewhere = False
         self.statuses.position_steps = self.known.position_steps

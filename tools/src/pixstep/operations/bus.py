@@ -106,7 +106,8 @@ class ToBoards(OnPort):
     """A request to several boards."""
 
     units: Units = option(
-        UNITS, "Addresses: 1 or 1,2,5-8, or all (looks for them).", "--unit", default=(1,),
+        UNITS, "Addresses of boards: 1 or 1,2,5-8, or all, which looks for them.", "--unit",
+        default=(1,),
         default_text="1", machine=machine.units,
     )  # fmt: skip
 
@@ -114,7 +115,7 @@ class ToBoards(OnPort):
 def some_axes(**more: Any) -> Any:
     """Return the field of the axes that are meant: all, if none is named."""
     given = {"many": True, "default_text": "all", "machine": machine.axes}
-    return option(AXIS, "Again for more axes.", "--axis", **{**given, **more})
+    return option(AXIS, "Axis of the board; again for more.", "--axis", **{**given, **more})
 
 
 class StoppedError(BoardError):

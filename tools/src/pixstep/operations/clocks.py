@@ -110,7 +110,7 @@ class BoardLineClock(BoardClock):
     """The same, and what lines are to the clock."""
 
     sync: str | None = shared.sync(
-        "Set what lines are to the pixel clock.", default=None, default_text=_THE_BOARDS
+        "Set how lines follow the pixel clock.", default=None, default_text=_THE_BOARDS
     )
     gate_edges: int | None = shared.gate_edges(
         "Set how many edges after a burst's first edge lines begin; 0: the pixel clock is not "
@@ -168,7 +168,7 @@ def pixel_gate() -> Any:
     """Return the field of the gate of a simulated pixel clock."""
     return option(
         _Pair("EDGES,REST_MS", ",", _gate, "tuple[int, float]"),
-        "The clock rests after each EDGES edges, for REST_MS besides the period.",
+        "The clock rests after each EDGES edges, for REST_MS more than the period.",
     )
 
 

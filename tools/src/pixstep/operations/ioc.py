@@ -159,7 +159,7 @@ class Ioc(Request):
     needs_machine: ClassVar[bool] = True
 
     prefix: str | None = option(
-        TEXT, "Before the names of all records and PVs.", shown="P:",
+        TEXT, "Prefix of the names of all records and PVs.", shown="P:",
         default_text="epics.prefix of the machine file, or none",
     )  # fmt: skip
     simulate: bool = flag("Simulate the boards: nothing moves but a model.")

@@ -26,13 +26,13 @@ ADVICE = AskedText("`pixstep line check` shows all; {no_check} lets the board ju
 
 def no_check() -> Any:
     """Return the field `check`: yes unless the host's check is to be left out."""
-    return unless("Leave the host's check of the line out: let the board judge it.", "--no-check")
+    return unless("Leave out the host's check of the line; the board judges it.", "--no-check")
 
 
 def beyond() -> Any:
     """Return the field `beyond`: go past what a board is guaranteed to follow."""
     return flag(
-        "Run lines together too that the board may not have the time for: what is not guaranteed "
+        "Also run lines together that the board may not have the time for; what is not guaranteed "
         "may end in a named fault."
     )
 

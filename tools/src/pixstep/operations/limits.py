@@ -130,7 +130,9 @@ class ShowLimits(OfClock):
         Time("us", 1, 1000, int), default=DRIVER_US,
         about="The longer of the board's settings dir_setup_us and dir_hold_us.",
     )  # fmt: skip
-    baud: int = option(Whole(300, 4_000_000), "Of the serial line while they move.", default=BAUD)
+    baud: int = option(
+        Whole(300, 4_000_000), "Rate of the serial line while the axes move.", default=BAUD
+    )
     max_speed: Quantity | None = shared.max_speed()
     max_acceleration: Quantity | None = shared.max_acceleration()
     max_jerk: Quantity | None = shared.max_jerk()

@@ -79,7 +79,7 @@ class WrittenMove(Move):
 
 @operation("move make")
 class MoveMake(MoveFields):
-    """Write a move as a plain line: one signed count per pixel, the fewest pixels there are."""
+    """Write a move as a plain line: one signed count per pixel, in the fewest pixels possible."""
 
     result = WrittenMove
 
@@ -187,28 +187,31 @@ class HomeFields(Request):
     axis: int = option(shared.AXIS, "Axis of the board.", default=0, machine=machine.axis)
     direction: str = option(
         Choice(list(legs.DIRECTIONS)),
-        "Where the switch is sought: closed from its place on, in this direction.", default="plus",
+        "Direction to the switch, which is closed from its place on.", default="plus",
     )  # fmt: skip
     decode: str | None = shared.decode(
-        "How the motor takes the profile where it seeks the switch; moves in between are plain.",
+        "How the motor takes the profile while it seeks the switch; moves in between are plain.",
         required=False, default_text="by the motor in the file's name, smooth for M39, else plain",
     )  # fmt: skip
     haps: int | None = option(
         Whole(), "Entries of the profile to use.", default_text="its header's"
     )
     slow: Quantity | None = option(
-        SPEED_FIGURE, "Second approach, steps/px or steps/s, even if smooth.",
+        SPEED_FIGURE, "Speed of the second approach, steps/px or steps/s; an even number if "
+                      "smooth.",
         default_text="first entry, or the even number below",
     )  # fmt: skip
     search: int = option(Steps(), "Give a leg up after this many steps.", default=legs.SEARCH_STEPS)
-    clear: int | None = option(Steps(), "Second approach from at least this many steps away.")
-    filter_us: int | None = option(Time("us", *legs.FILTER_US, int), "Filter of the switches.")
+    clear: int | None = option(Steps(), "Begin the second approach at least this many steps away.")
+    filter_us: int | None = option(
+        Time("us", *legs.FILTER_US, int), "How long a change of a switch must last to count."
+    )
     inverted: str | None = option(
         Choice(list(legs.INVERTED)), "Switches that are tripped when their pin is high.",
         default_text=_AS_SET,
     )  # fmt: skip
     home_is_limit: str | None = option(
-        Choice(list(legs.SHARED)), "The motor's limit switch that the home switch is, too.",
+        Choice(list(legs.SHARED)), "The motor's limit switch that the home switch also is.",
         machine=machine.home_is_limit, default_text=_AS_SET,
     )  # fmt: skip
     raw: bool = shared.raw()

@@ -61,8 +61,8 @@ class ProgramFields(Request):
     )  # fmt: skip
     path_tolerance: float = option(
         Number(0.01, 1000),
-        "Steps that a smooth motor may be off in a corner (1 at least), and segments on a circle, "
-        "these half a step at most.",
+        "Steps by which a smooth motor may be off in a corner (1 at least), and segments on a "
+        "circle (half a step at most).",
         default=1.0,
     )  # fmt: skip
     arc_tolerance: Quantity | None = option(

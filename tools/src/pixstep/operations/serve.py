@@ -45,7 +45,7 @@ class ServedClient(TypedDict):
 
 
 class Served(TypedDict):
-    """How the server of a port is; only the port of one that has ended."""
+    """The state of a port's server; of a server that has ended only the port."""
 
     port: str
     pixstep: NotRequired[int]
@@ -102,11 +102,11 @@ class Serve(OnPort):
     )
     tcp: Door | None = option(DOOR, "Listen on this TCP port of the loopback too.")
     token_file: Path | None = option(
-        PATH, "Where the token of --tcp is; made if it is not there.", shown="PATH"
+        PATH, "File of the token of --tcp; made if it is missing.", shown="PATH"
     )
-    modbus_tcp: Door | None = option(DOOR, "Speak Modbus TCP there, for PLCs.")
+    modbus_tcp: Door | None = option(DOOR, "Serve Modbus TCP there, for PLCs.")
     allow_writes: bool = flag("Let clients of Modbus TCP write too.")
-    status: bool = flag("Ask a server that runs how it is, and end.")
+    status: bool = flag("Show the state of a running server, and end.")
 
     def run(self, desk: Desk) -> Result:
         """Serve until a signal comes, or ask another server."""

@@ -36,12 +36,12 @@ GATE_EDGES = Whole(0, boards.MOST_GATE_EDGES)
 CLOCK_OUT_HZ = Whole(0, boards.MOST_CLOCK_OUT_HZ)
 
 
-def decode(about: str = "What the motor is.", **more: Any) -> Any:
+def decode(about: str = "Kind of the motor.", **more: Any) -> Any:
     """Return the field of how a motor's counts are decoded."""
     return option(DECODE, about, **{"required": True, "machine": machine.decode, **more})
 
 
-def pixel_hz(about: str = "30, 29.97 or 30000/1001.", **more: Any) -> Any:
+def pixel_hz(about: str = "Pixel frequency: 30, 29.97 or 30000/1001.", **more: Any) -> Any:
     """Return the field of the frequency of pixels."""
     return option(HZ, about, **{"required": True, "machine": machine.pixel_hz, **more})
 
@@ -95,7 +95,7 @@ def clock_out_hz() -> Any:
     )  # fmt: skip
 
 
-def timer_of(about: str = "Whose timer ticks are counted.") -> Any:
+def timer_of(about: str = "Board whose timer ticks are counted.") -> Any:
     """Return the field of a board that is not simulated, only reckoned with."""
     return option(BOARD, about, default=boards.DEFAULT, machine=machine.of_board("kind"))
 

@@ -165,7 +165,7 @@ def _meaning(
     place = f"{read.path}:{read.rows[0][0]}: {read.title(column.number)}"
     if request.unit is None and column.unclear is not None:
         raise RefusedError(AskedText(
-            "{place}: {unclear!r} is no unit: " + _UNITS, place=place, unclear=column.unclear
+            "{place}: {unclear!r} is not a unit: " + _UNITS, place=place, unclear=column.unclear
         ))  # fmt: skip
     whole = unit is None and _are_steps(read, column)
     if quantity not in QUANTITIES and whole:
@@ -226,8 +226,8 @@ def _check_clock(read: TextTable, times: Column, hz: Fraction | None) -> list[st
     """Compare a column of times with the pixel clock. Raises UserError where they differ."""
     if times.unclear is not None:
         raise RefusedError(
-            f"{read.path}:{read.rows[0][0]}: {read.title(times.number)}: {times.unclear!r} is no "
-            f"unit of time: expected {', '.join(SECOND_UNITS)}"
+            f"{read.path}:{read.rows[0][0]}: {read.title(times.number)}: {times.unclear!r} is not "
+            f"a unit of time: expected {', '.join(SECOND_UNITS)}"
         )
     per = parse_seconds(f"1 {times.unit or 's'}")
     values = [value * per for value in read.values(times.number)]
@@ -263,7 +263,7 @@ def _motion(read: TextTable, column: KnownColumn, request: ImportRequest) -> _Mo
     if column.quantity != POSITION:
         return _Motion(read, column, tuple(accumulate(values, initial=Fraction(0))), 0)
     if len(values) < 2:
-        raise read.error(0, column.number, "one position is no motion: two at least")
+        raise read.error(0, column.number, "one position is not a motion: give two at least")
     start = values[0]
     return _Motion(read, column, tuple(value - start for value in values), 1)
 

@@ -139,6 +139,17 @@ def generate(speeds: list[int], request: LineRequest, source: str = "profile") -
     return GeneratedLine(counts, len(ramp), image)
 
 
+def constant(request: LineRequest) -> GeneratedLine:
+    """Return the plain line of `request.pixels` pixels that has the speed from end to end."""
+    _check_request(request)
+    if request.pixels < request.lead_in + 1:
+        raise UserError(
+            f"{request.pixels} pixels are too few: lead-in {request.lead_in} and one image pixel "
+            f"need at least {request.lead_in + 1}"
+        )
+    return GeneratedLine([request.speed] * request.pixels, 0, request.lead_in + 1)
+
+
 def speed_problems(speeds: Sequence[int]) -> Iterator[tuple[int, str]]:
     """Yield (record, problem) for every odd, zero or falling speed of a smooth profile."""
     previous = 0

@@ -182,7 +182,7 @@ def _called(name: str, inner: Expression) -> Expression:
         try:
             return function(given)
         except ValueError:
-            raise ValueError(f"{name}({given:g}) is no number") from None
+            raise ValueError(f"{name}({given:g}) is not a number") from None
 
     return value
 

@@ -146,7 +146,7 @@ class _Comments:
 def _decoded(text: str) -> str:
     """Return the first line without a byte order mark; that of UTF-16 is a mistake."""
     if text.startswith("\ufffd\ufffd"):
-        raise _MistakeError(1, "this is no UTF-8: save the program as UTF-8 (UTF-16 is not read)")
+        raise _MistakeError(1, "this is not UTF-8: save the program as UTF-8 (UTF-16 is not read)")
     return text.removeprefix("\ufeff")
 
 

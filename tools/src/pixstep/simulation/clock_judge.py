@@ -24,8 +24,8 @@ from pixstep.simulation.summary import AxisClock, Clock, Summary
 EDGE_TICKS = 2  # a locked line's pixel edges are so near to those of an even clock
 POSITION_STEPS = 1
 _JUDGED_JITTER = 100  # pixels, from which on their errors tell how much jitter is let through
-# Ticks rms. A clock's true edge lies anywhere, it is captured at a whole tick, and the STEP edge lies
-# on one: the square is twice that of 12**-0.5.
+# Ticks rms. A clock's true edge lies anywhere, it is captured at a whole tick, and the STEP edge
+# lies on one: the square is twice that of 12**-0.5.
 _ROUNDING = 6**-0.5
 _SYNC_TEXTS = {"free": "free of the clock", "lock": "locked to the clock"}
 _ON_EDGE = 1e-9  # pixels that floating point may lack

@@ -121,7 +121,7 @@ class WiringTest(ToBoard):
     result = SelfTested
 
     axes: tuple[int, ...] = some_axes()
-    yes: bool = flag("Ask nothing: only what needs nobody at the machine.")
+    yes: bool = flag("Ask nothing: check only what needs nobody at the machine.")
     limit_s: float = option(
         Time("s", 1, 600), "Time to wait for a switch.", "--limit", default=30.0,
         default_text="30s",

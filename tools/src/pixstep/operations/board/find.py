@@ -135,7 +135,7 @@ class BoardInfo(TypedDict):
 
 
 class BoardInfos(TypedDict):
-    """What some boards are and how they are."""
+    """The identity and state of some boards."""
 
     boards: list[BoardInfo]
 
@@ -191,7 +191,7 @@ class BoardScan(OnPort):
 
 @operation("board info")
 class Info(ToBoards):
-    """Show what boards are and how they are.
+    """Show the identity and state of boards.
 
     Identity, status, fault, reset cause, pixel clock, counters, axes, whether settings are stored.
     """

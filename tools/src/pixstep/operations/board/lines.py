@@ -255,7 +255,7 @@ class StartedBoard(TypedDict):
 
 
 class Started(TypedDict):
-    """The boards that were started; several have a token in common."""
+    """The boards that were started; several share a token."""
 
     token: int | None
     boards: list[StartedBoard]
@@ -263,7 +263,7 @@ class Started(TypedDict):
 
 @operation("board start")
 class BoardStart(RecordFields, ToBoards):
-    """Start loaded lines, of several boards on one clock edge.
+    """Start loaded lines; several boards begin on one clock edge.
 
     Of one board the axes are armed. Of several, each is armed with a random token and asked whether
     it is ready; then all agree on one edge of the pixel clock, some tenths of a second ahead, and

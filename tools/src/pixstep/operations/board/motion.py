@@ -50,7 +50,7 @@ class HomeEdge(TypedDict):
 
 
 class HomedAxis(TypedDict):
-    """A homing; one that found nothing has its fault and the legs so far."""
+    """A homing; if it found no switch, its fault and the legs so far."""
 
     found: bool
     legs: list[LegData]
@@ -179,12 +179,13 @@ class MeasurePlay(_Homing):
     repeat: int = option(Whole(1, 100), "Slow approaches from either side.", default=5)
     hysteresis: int | None = option(
         Steps(0),
-        "Of the switch: by how much it opens below where it closes, as its data sheet says. "
-        "Without it the play found has it within.",
+        "Hysteresis of the switch: how far below its closing point it opens, by its data sheet. "
+        "Without it the play found includes the hysteresis.",
     )  # fmt: skip
     encoder: str | None = option(
         TEXT,
-        "Prints the load's position in steps, asked at rest: play and hysteresis are told apart.",
+        "Command that prints the load's position in steps, run while the axis rests: it tells "
+        "play and hysteresis apart.",
         shown="COMMAND",
     )  # fmt: skip
     save: bool = flag("Write the play into the machine file.")

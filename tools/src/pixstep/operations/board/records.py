@@ -55,7 +55,7 @@ class RecordFields(Request):
         shown="FILE",
     )  # fmt: skip
     record: bool = unless(
-        "Do not read the records along: they cost the fastest lines time.", "--no-records"
+        "Do not read the records meanwhile: reading costs the fastest lines time.", "--no-records"
     )
 
     def refuse_file(self, *, followed: bool = True, instead: str = "") -> None:
@@ -177,7 +177,7 @@ class AxisRecordCounts(TypedDict):
 
 
 class LoggedRecords(TypedDict):
-    """What was read of a board's records; `rows` are there only for a program without a file."""
+    """The records that were read from a board; `rows` only if a program named no file."""
 
     unit: int
     axes: list[AxisRecordCounts]
@@ -198,7 +198,7 @@ class LoggedEvent(TypedDict):
 
 
 class LoggedEvents(TypedDict):
-    """The events of a board that it still has."""
+    """The events that a board still has."""
 
     unit: int
     events: list[LoggedEvent]

@@ -267,7 +267,7 @@ class DifferentSetting(TypedDict):
 
 
 class SettingsDifference(TypedDict):
-    """What a board has otherwise than a file or the defaults."""
+    """The settings in which a board differs from a file, or from the defaults."""
 
     unit: int
     other: str
@@ -375,7 +375,7 @@ def _of_file(file: Path) -> Iterator[None]:
 
 @operation("board settings store")
 class Store(ToBoards):
-    """Store the settings in force: they outlast power."""
+    """Store the settings in force in the board's EEPROM."""
 
     result = StoredBoards
 

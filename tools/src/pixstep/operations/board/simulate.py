@@ -98,7 +98,7 @@ class Simulate(OfClock):
         off="--no-clock-wire", machine=machine.clock_wire,
     )  # fmt: skip
     link: Path | None = option(
-        PATH, "A name for the port that stays the same: a symbolic link, taken away at the end."
+        PATH, "A name for the port that stays the same: a symbolic link, removed at the end."
     )
     script: Path | None = option(FILE, "Commands to begin with; - is the standard input.")
     image: Path | None = option(FILE, "Another firmware image (ELF) for the board.")

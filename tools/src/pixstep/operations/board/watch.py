@@ -49,7 +49,7 @@ class WatchedBoard(TypedDict):
 
 
 class WatchedBoards(TypedDict):
-    """The boards at each look, of endless looks those of the last one."""
+    """The boards at each look; of endless looks only those of the last one."""
 
     boards: list[WatchedBoard]
 
@@ -76,7 +76,7 @@ class WatchBoards(ToBoards):
         Time("s", 0.05, 3600), "Time from one look to the next.", default=0.5, default_text="0.5s"
     )
     count: int | None = option(Whole(1), "End after N looks.", shown="N")
-    once: bool = flag("Look once; the same as --count 1.")
+    once: bool = flag("Look once, as with --count 1.")
 
     def run(self, desk: Desk) -> Result:
         """Look until it was often enough, or Ctrl-C comes."""

@@ -61,7 +61,7 @@ class RoomOfMotor(TypedDict):
 
 
 class ComparedJob(TypedDict):
-    """A job beside the machine: `verdict` is green, amber or red."""
+    """A job compared with the machine: `verdict` is green, amber or red."""
 
     job: str
     id: str
@@ -87,8 +87,8 @@ class JobCheck(Compares):
     boards: bool = flag("Compare with the boards too, at the ports of the machine file.")
     port: str | None = option(TEXT, "Compare with the boards on this port, too.")
     timeout: float | None = shared.timeout()
-    accept_amber: bool = flag("Agree to what is amber: exit status 0 then.")
-    all_fields: bool = flag("Show equal fields too that are no key fields.", "--all")
+    accept_amber: bool = flag("Accept what is amber: the exit status is then 0.")
+    all_fields: bool = flag("Also show equal fields that are not key fields.", "--all")
 
     def run(self, desk: Desk) -> Result:
         """Read the job and compare it."""

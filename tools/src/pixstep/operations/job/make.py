@@ -148,7 +148,7 @@ class MadeJob(TypedDict):
 
 @operation("job make")
 class JobMake(Request):
-    """Make a job: the lines of several motors, and the configuration they were made by, in a file.
+    """Make a job: a file of the lines of several motors and the configuration that made them.
 
     Lines come from the size of an image and what its motors do, from files of lines, from a table
     of positions, or from a scan specification (useq-schema, scanspec). All have equally many
@@ -163,7 +163,8 @@ class JobMake(Request):
         IMAGE_SIZE, "Size of an image: pixels of a line, lines.", shown="PIXELSxLINES"
     )
     lines_of: tuple[tuple[str, Path], ...] = of_motors(
-        FILE_OF, "Instead: the lines of a motor, CSV or CSB; a file of one line is that of all."
+        FILE_OF,
+        "Instead: the lines of a motor, CSV or CSB; a file of one line serves for all lines.",
     )
     table: Path | None = option(
         FILE, "Instead: a table with each motor's position at each pixel edge, and lines' numbers."
@@ -183,8 +184,8 @@ class JobMake(Request):
         TEXT, "Motor that stands still in all lines.", many=True, shown="NAME"
     )
     axis_of: tuple[tuple[str, str], ...] = of_motors(
-        AXIS_OF, "Motor of an axis of a specification: M39=x. An axis without one is called as its "
-        "motor.",
+        AXIS_OF, "Motor of an axis of a specification: M39=x. An axis that is not given has its "
+                 "motor's name.",
     )  # fmt: skip
     alternate: bool = flag(
         "Print forth and back; else a return without an image follows each line, and smooth lines "
@@ -200,11 +201,11 @@ class JobMake(Request):
         default_text="line.lead_out, else the lead-in",
     )  # fmt: skip
     scan_offset_forward: Quantity | None = option(
-        _Offset(), "Move the image of lines forth by so much, in the direction forth.",
+        _Offset(), "Shift the image of forward lines by this much, in the forward direction.",
         default_text="line.scan_offset_forward",
     )  # fmt: skip
     scan_offset_back: Quantity | None = option(
-        _Offset(), "Move the image of lines back by so much, in the direction forth.",
+        _Offset(), "Shift the image of backward lines by this much, in the forward direction.",
         default_text="line.scan_offset_back",
     )  # fmt: skip
     profile: tuple[tuple[str, Path], ...] = of_motors(
@@ -225,7 +226,9 @@ class JobMake(Request):
         "A job that was broken off may be resumed; not with wet material.",
         off="--not-resumable", default=True,
     )  # fmt: skip
-    check: bool = unless("Write lines too that a motor's or a board's limits refuse.", "--no-check")
+    check: bool = unless(
+        "Also write lines that the limits of a motor or a board refuse.", "--no-check"
+    )
     output: Path = option(OUTPUT, "Job to write: NAME.pxjob.", "-o", "--output", required=True)
 
     def run(self, desk: Desk) -> Result:

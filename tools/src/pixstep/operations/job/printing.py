@@ -90,7 +90,7 @@ class Prints(Compares):
         TEXT, "Port of the boards.", variable="PIXSTEP_PORT", default_text="of the machine file"
     )
     timeout: float | None = shared.timeout()
-    accept_amber: bool = flag("Agree to what is amber in the comparison.")
+    accept_amber: bool = flag("Accept what is amber in the comparison.")
     records: bool = flag("Keep per-pixel records, a Parquet file a line in parts of the run.")
     time_gaps: bool = flag("Count the clock's pixels between lines, by a board's own counts.")
 
@@ -277,7 +277,7 @@ class JobRun(Prints):
     folder: Path | None = option(
         PATH, "Folder of the run.", shown="NAME.pxrun", default_text="the job's name"
     )
-    to_start: bool = flag("Bring motors to where line 1 begins, which are elsewhere.")
+    to_start: bool = flag("Bring motors that are elsewhere to where line 1 begins.")
 
     def run(self, desk: Desk) -> Result:
         """Compare the job, begin a run, print."""

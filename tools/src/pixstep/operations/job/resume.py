@@ -49,7 +49,7 @@ class JobResume(Prints):
         default_text="none",
     )  # fmt: skip
     home: bool = flag("Home the motors whose positions do not hold, by the machine file.")
-    homed: bool = flag("They have been homed: their positions hold again.")
+    homed: bool = flag("The motors whose positions did not hold have been homed since.")
     together: bool = flag("Go on although boards have made different lines.")
 
     def run(self, desk: Desk) -> Result:
@@ -216,7 +216,7 @@ def _add_boards(data: RunOfJob, verdict: ResumeVerdict) -> None:
 
 @operation("job status")
 class JobStatus(Request):
-    """Say how far a run is, by its log alone; no board is asked.
+    """Say how far a run has come, by its log alone; no board is asked.
 
     Exit status 0; 1 if the run was broken off.
     """
@@ -246,7 +246,7 @@ class JobStatus(Request):
 
 @operation("job pause")
 class JobPause(Request):
-    """Ask a run of another console to pause.
+    """Ask a run in another console to pause.
 
     It pauses at the end of the line after the one that moves, as Ctrl-C there does.
     """

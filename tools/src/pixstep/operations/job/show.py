@@ -37,7 +37,7 @@ class ExportedJob(TypedDict):
 
 @operation("job export")
 class JobExport(Request):
-    """Write the lines of a job as files again: a CSV a motor, with all lines or with one.
+    """Write the lines of a job as files again: a CSV for each motor, with all lines or one.
 
     A file has a header with the frequency of pixels and the backlash of its lines. Counts of a
     smooth motor have no sign: which lines run backwards is in `job show --line N`.

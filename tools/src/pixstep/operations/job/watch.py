@@ -157,16 +157,16 @@ class WatchRun(Request):
     )  # fmt: skip
     once: bool = flag("Look once.")
     page: Path | None = option(
-        OUTPUT, "HTML file: the report of the run, written anew as it goes on.", shown="FILE"
+        OUTPUT, "HTML file: the report of the run, written again as the run goes on.", shown="FILE"
     )
     web: bool = flag("Serve a live page for browsers.")
     at: serve.Door = option(
-        serve.DOOR, "Where the page is; on the loopback alone unless a host is named.",
+        serve.DOOR, "Address of the page; on the loopback alone unless a host is named.",
         default=(serve.LOOPBACK[0], 7421), default_text="127.0.0.1:7421",
     )  # fmt: skip
     allow_stop: bool = flag("Give the page a button that stops all boards.")
     token_file: Path | None = option(
-        PATH, "Where the page's token is; made if it is not there.", shown="PATH",
+        PATH, "File of the page's token; made if it is missing.", shown="PATH",
         default_text="a new token each time",
     )  # fmt: skip
     port: str | None = option(

@@ -46,7 +46,7 @@ class LineFindings(TypedDict):
 
 
 class CheckedLine(LineFindings):
-    """The same of the first line and of those beside it; the first verdict is that of them all."""
+    """The check of the first line and of those beside it; the first verdict is that of them all."""
 
     board: str | None
     beside: list[LineFindings]
@@ -77,20 +77,25 @@ class LineCheck(OfClock):
     sync: str = shared.sync()
     board: str = shared.timer_of()
     axes: int | None = option(
-        Whole(1), "Axes that move together with it, itself included: the more, the slower.",
+        Whole(1), "Axes that move at once, the line's own included: the more, the slower.",
         default_text="as many as there are files",
     )  # fmt: skip
-    baud: int = option(Whole(300, 4_000_000), "Of the serial line while they move.", default=BAUD)
+    baud: int = option(
+        Whole(300, 4_000_000), "Rate of the serial line while the axes move.", default=BAUD
+    )
     beyond: bool = judging.beyond()
-    min_interval: int | None = option(Whole(1, 65_535), "Ticks. [default: the board's]")
+    min_interval: int | None = option(
+        Whole(1, 65_535), "Shortest interval between two steps, ticks. [default: the board's]"
+    )
     max_speed: Quantity | None = shared.max_speed(
-        "steps/px or steps/s", machine=machine_defaults.limit_of_one("max_speed")
+        "Largest speed, steps/px or steps/s.", machine=machine_defaults.limit_of_one("max_speed")
     )
     max_acceleration: Quantity | None = shared.max_acceleration(
-        "steps/px2 or steps/s2", machine=machine_defaults.limit_of_one("max_acceleration")
+        "Largest acceleration, steps/px2 or steps/s2.",
+        machine=machine_defaults.limit_of_one("max_acceleration"),
     )
     start_stop: Quantity | None = shared.start_stop(
-        "steps/px or steps/s; up to here a plain line may start, stop and turn without a ramp.",
+        "Up to here a plain line may start, stop and turn without a ramp: steps/px or steps/s.",
         machine=machine_defaults.limit_of_one("start_stop"),
     )
     jerk_warn: Quantity | None = option(JERK_FIGURE, "Warn of larger acceleration changes.")

@@ -95,20 +95,25 @@ class LineCompensate(Request):
 
     csv: Path = argument(FILE)
     play: int = option(
-        Steps(1), "Between motor and load: steps, or 25um.", required=True, machine=machine.play
+        Steps(1),
+        "Play between motor and load: steps, or 25um.",
+        required=True,
+        machine=machine.play,
     )
     transition_px: int | None = option(
         _PixelsOrAuto(1),
         "Pixels to spread each take-up over; auto: the fewest that the limits allow.",
         default_text="auto",
     )
-    max_acceleration: Quantity = shared.max_acceleration("steps/px2 or steps/s2", required=True)
+    max_acceleration: Quantity = shared.max_acceleration(
+        "Largest acceleration, steps/px2 or steps/s2.", required=True
+    )
     start_stop: Quantity = shared.start_stop(
-        "steps/px or steps/s; up to this speed the motor may start, stop and turn without a ramp.",
+        "Up to this speed the motor may start, stop and turn without a ramp: steps/px or steps/s.",
         required=True,
     )
     max_speed: Quantity | None = shared.max_speed(
-        "steps/px or steps/s", default_text=str(MAX_COUNT)
+        "Largest speed, steps/px or steps/s.", default_text=str(MAX_COUNT)
     )
     pixel_hz: Fraction | None = shared.pixel_hz(
         "Pixel frequency, for limits per second.", required=False

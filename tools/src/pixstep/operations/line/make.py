@@ -74,7 +74,8 @@ class LineMake(OfClock):
         FILE, "Acceleration profile, PRN.", "--profile", machine=machine.profile("line")
     )
     max_acceleration: Quantity | None = shared.max_acceleration(
-        "Instead of a profile: steps/px2, steps/s2 or mm/s2."
+        "Instead of a profile: steps/px2, steps/s2 or mm/s2. A plain line with neither is "
+        "constant: the motor starts at its full speed."
     )
     max_jerk: Quantity | None = shared.max_jerk("With --max-acceleration: steps/px3 or steps/s3.")
     speed: Quantity = option(
@@ -107,7 +108,8 @@ class LineMake(OfClock):
         "Plain lines: go half of the line, turn, and come back; --length is that of the way out."
     )
     lines: int = option(
-        Whole(1, MOST_LINES), "Lines of the file, all alike: one of many is used by --line N.",
+        Whole(1, MOST_LINES), "Lines of the file, all alike; commands take one of many by --line "
+                              "N.",
         default=1,
     )  # fmt: skip
     lenient: bool = flag("Accept LF and a missing final newline in the PRN.")
@@ -170,12 +172,14 @@ def _made(asked: LineMake, desk: Desk) -> _MadeLine:
         raise AskedError("{prn} and {max_acceleration}: a line is made by one of them")
     if desk.given("pixels") and desk.given("length"):
         raise AskedError("{pixels} and {length}: a line has one of them")
-    by_profile = asked.prn is not None and not desk.given("max_acceleration")
-    if not by_profile and asked.max_acceleration is None:
+    constant = asked.prn is None and asked.max_acceleration is None
+    if constant and not asked.is_plain:
         raise AskedError("a line needs {prn} or {max_acceleration}")
     if asked.pixels is None and asked.length is None:
         raise AskedError("a line needs {pixels} or {length}")
-    make = _of_profile if by_profile else _of_acceleration
+    make = _constant if constant else _of_acceleration
+    if asked.prn is not None and not desk.given("max_acceleration"):
+        make = _of_profile
     return _turned(asked, desk, make, request) if asked.turn else make(asked, desk, request)
 
 
@@ -191,6 +195,17 @@ def _turned(asked: LineMake, desk: Desk, make: Make, request: generator.LineRequ
     desk.say([advice] if advice else [])
     counts = generator.forth_and_back(made.made.counts, 1 if asked.pixels is None else rest)
     return replace(made, made=replace(made.made, counts=list(counts)))
+
+
+def _constant(asked: LineMake, desk: Desk, request: generator.LineRequest) -> _MadeLine:
+    """Make a plain line of equal counts."""
+    if asked.length is not None or desk.given("max_jerk"):
+        raise AskedError("{length}, {max_jerk}: only with {max_acceleration}")
+    divider = asked.divider or 1
+    scale = desk.facts.scale()
+    speed = units.whole_speed(asked.speed, asked.edges_hz / divider, scale, smooth=False)
+    made = generator.constant(replace(request, speed=speed))
+    return _MadeLine(made, speed, divider)
 
 
 def _of_profile(asked: LineMake, desk: Desk, request: generator.LineRequest) -> _MadeLine:
@@ -319,7 +334,7 @@ class LineImport(OfClock):
     decode: str = shared.decode()
     column: str | None = option(_Column(), "Column to take, if there are several.", shown="NAME|N")
     quantity: str | None = option(
-        Choice(QUANTITIES), "What it holds for each pixel.",
+        Choice(QUANTITIES), "What the column holds for each pixel.",
         default_text="by the header; whole numbers: steps",
     )  # fmt: skip
     length_unit: str | None = option(
@@ -327,10 +342,10 @@ class LineImport(OfClock):
         default_text="by the header",
     )  # fmt: skip
     separator: str | None = option(
-        Choice((*SEPARATORS, BLANK, NONE)), "What divides the fields.", default_text="by the file"
+        Choice((*SEPARATORS, BLANK, NONE)), "What separates the fields.", default_text="by the file"
     )
     decimal: str | None = option(
-        Choice(tuple(DECIMALS)), "What divides the decimals; the other one thousands.",
+        Choice(tuple(DECIMALS)), "What separates the decimals; the other one separates thousands.",
         default_text="by the file",
     )  # fmt: skip
     needs_clock = False  # only for speeds per second, and to check times

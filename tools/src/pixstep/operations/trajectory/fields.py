@@ -134,7 +134,8 @@ class PlayFields(Request):
     damping: float = option(Number(0, 4), "Damping of that motor.", default=0.6)
     max_added: int | None = option(
         Steps(1),
-        "Counts that a transition may add in a point: what the motor's speed may jump by.",
+        "Most counts that a transition may add in a point: the jump that the motor's speed can "
+        "take.",
     )
 
     @property
@@ -181,7 +182,7 @@ class PlayFields(Request):
         found = find_circle(made)
         if found is None:
             raise AskedError(
-                "{name}: is no circle, so {transition} is needed as a number", name=made.name
+                "{name}: is not a circle, so {transition} is needed as a number", name=made.name
             )
         return transitions.choose(self.crest(found, play, hz), least).steps
 

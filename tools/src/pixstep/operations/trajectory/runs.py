@@ -260,7 +260,7 @@ class TableRun(QueuedLines):
 
 @operation("board trajectory")
 class BoardTrajectory(BoardPlayFields, RecordFields, BoardLineClock, ToBoard):
-    """Run a table of two axes, its play taken up or not.
+    """Run a table of two axes, with or without its play taken up.
 
     Hold records are left out. The lines are checked with the board's own limits before anything
     moves, streamed, and followed to their end.
@@ -274,8 +274,8 @@ class BoardTrajectory(BoardPlayFields, RecordFields, BoardLineClock, ToBoard):
         default=COMPENSATED,
     )  # fmt: skip
     take_up: bool = flag(
-        "First go back by the play and forth again, so that it is taken up in the direction in "
-        "which each axis begins.",
+        "First move back by the play and forward again, so that the play is taken up in the "
+        "direction in which each axis begins.",
         off="--no-take-up", default=True,
     )  # fmt: skip
     axis: tuple[int, ...] = reading_lines.axes()
