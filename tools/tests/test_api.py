@@ -255,7 +255,9 @@ def test_a_load_with_play_and_a_waveform(tmp_path):
     line = px.line([0, 4, 8, 4, 0, -4, -8, -4, 0], decode="plain", pixel_hz=100)
     run = px.simulate(line, "uno", plant="play=3", out=tmp_path / "run", vcd=True)
     assert run.passed and (tmp_path / "run" / "run.vcd").is_file()
-    assert [row.load_steps for row in run.axes[0].pixels][-1] == 3
+    loads = [row.load_steps for row in run.axes[0].pixels]
+    assert loads[-1] == 3
+    assert np.asarray(run.to_dataframe()["load_steps"]).tolist() == loads
     assert [axes.get_title("left") for axes in run.plot_load().axes] == [
         "Position", "Load minus ideal: largest 3 steps",
     ]  # fmt: skip

@@ -132,6 +132,18 @@ def test_a_board_that_is_lost_by_its_new_settings(one):
     assert one.board.setting("baud_100") == 192
 
 
+def test_a_board_that_is_not_known_to_have_stopped_is_named_first(two):
+    """The middle of a long message is left out: what must be read stands before it."""
+    two.boards[0].clock = two.boards[1].clock = True
+    for unit in (1, 2):
+        two.out("upload", put([5] * 90), "--decode", "plain", "--unit", unit)
+    two.world.later(1.5, lambda: setattr(two.boards[0], "answer", lambda *_: None))
+    text = two.err("start", "--unit", "1,2", "--wait")
+    said = "NOT STOPPED as far as is known: board 1 on /dev/ttyTEST "
+    assert text.startswith(said) and " ... " not in text
+    assert "board 2 axis 0 at position " in text and text.count("check its power") == 1
+
+
 def test_ctrl_c_stops_the_boards_behind_a_silent_one(two):
     two.boards[0].clock = two.boards[1].clock = True
     for unit in (1, 2):

@@ -11,7 +11,7 @@ from pixstep import formats
 from pixstep.board import boards, run, settings
 from pixstep.board.device import Device
 from pixstep.board.errors import MissingFeatureError
-from pixstep.board.selftest import FAILED, OK, SelfTest
+from pixstep.board.selftest import FAILED, OK, SKIPPED, SelfTest
 from pixstep.board.upload import LineUpload
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
@@ -123,6 +123,8 @@ def test_an_image_without_it_refuses_by_name(live):
     one = live("uno")
     said = one.err("set", "clock_out_hz=30", status=3)
     assert "built without clock_out (bit 0 of register features_high is 0)" in said
+    assert "another image makes one (docs/WIRING.md, A clock to try with)" in said
+    assert "`--sync free` needs no clock" in said
     with pytest.raises(MissingFeatureError):
         Device(one.client).require("clock_out")
 
@@ -174,6 +176,15 @@ def test_the_selftest_names_the_missing_wire(live, tmp_path, name):
     verdict, text = clock_check(wired)
     assert verdict == FAILED and "no edge on the clock input" in text
     assert text.endswith(f"is CLOCK_OUT on {out} wired to PIXEL_CLOCK on {into}?")
+
+
+def test_an_image_that_makes_none_asks_whether_a_clock_is_wired(live, tmp_path):
+    wired = Wired(live, tmp_path, "uno", wire=())
+    wired.sim.clock("off")
+    verdict, text = clock_check(wired)
+    assert verdict == FAILED and text.startswith("no edge on PIXEL_CLOCK on D8")
+    assert text.endswith("a line with --sync free needs no clock")
+    assert clock_check(wired, Agreeing()) == (SKIPPED, "not wired: run lines with --sync free")
 
 
 def test_a_second_board_makes_the_clock(live, tmp_path):

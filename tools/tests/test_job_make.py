@@ -253,6 +253,38 @@ def test_files_say_their_own_backlash(in_folder, machine):
     assert Job.read(folder / "b.pxjob").line(1)["M39"].backlash == 120
 
 
+def with_header(folder, motor, hz):
+    """Write lines of 60 pixels that say what they were made for; return the file."""
+    header = formats.ProfileHeader("Thu Nov 26 12:00:00 2026", motor, 1, 0, 0, hz)
+    formats.write_csv(folder / "own.csv", [0, *[4] * 58, 0], header)
+    return folder / "own.csv"
+
+
+def test_a_file_for_another_clock_is_refused_as_line_check_does(machine, pixstep):
+    with_header(machine.path.parent, "M41", "15")
+    said = "own.csv: made for 15 Hz, used at 30 Hz: its accelerations per second are 4 times"
+    assert said in pixstep("line", "check", "own.csv", "--motor", "M41", status=3)
+    words = ("job", "make", "--lines-of", "M41=own.csv", "-o", "b.pxjob")
+    assert said in pixstep(*words, status=3)
+    assert said in pixstep(*words, "--no-check")
+    told = pixstep("job", "check", "b.pxjob", "--all", status=2)
+    assert "red: 1 difference" in told and "motors.M41 file pixel" in told
+    with_header(machine.path.parent, "M41", "60")
+    assert "made for 60 Hz, used at 30 Hz" in pixstep(*words, "--force")
+    found = json.loads(pixstep("job", "check", "b.pxjob", "--json", status=1))
+    (row,) = [one for one in found["fields"] if one["colour"] != "green"]
+    assert (row["colour"], row["job"], row["found"]) == ("amber", "60 Hz", "30 Hz")
+
+
+def test_a_file_for_another_motor_is_amber(machine, pixstep):
+    with_header(machine.path.parent, "M40", "30")
+    said = "own.csv: made for motor M40, used for motor M41"
+    assert said in pixstep("job", "make", "--lines-of", "M41=own.csv", "-o", "b.pxjob")
+    found = json.loads(pixstep("job", "check", "b.pxjob", "--json", status=1))
+    (row,) = [one for one in found["fields"] if one["colour"] != "green"]
+    assert (row["colour"], row["job"], row["found"]) == ("amber", "M40", "M41")
+
+
 def test_files_of_other_lengths_are_refused(machine):
     folder = machine.path.parent
     formats.write_csv(folder / "a.csv", [0, 10, 10, 0])

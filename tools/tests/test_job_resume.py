@@ -10,6 +10,7 @@ import pytest
 
 import runbench
 from pixstep import ops
+from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import BoardError
 from pixstep.errors import RefusedError, UserError
@@ -242,3 +243,107 @@ def test_what_is_of_the_run_itself_is_neither_guessed_nor_replaced(folder, invok
     invoke("job", "make", *words[:-3], "-o", "b.pxjob")
     (run / "job.pxjob").write_bytes((folder / "b.pxjob").read_bytes())
     assert "is not the job" in invoke("job", "resume", run, status=3).stderr
+
+
+def stop_at_once(folder, link, before=72):
+    """Print the job of a folder, and stop in its first line by Ctrl-C, twice."""
+    runbench.Hook(link.simulator, before, lambda: os.kill(os.getpid(), signal.SIGINT))
+    runbench.Hook(link.simulator, before + 4, lambda: os.kill(os.getpid(), signal.SIGINT))
+    with pytest.raises(StoppedError):
+        runbench.run(folder, link)
+
+
+def test_a_resume_that_is_refused_decides_nothing(folder):
+    with runbench.bus() as link:
+        stop_at_once(folder, link)
+        text = (folder / "machine.toml").read_text()
+        (folder / "machine.toml").write_text(text.replace('"250 steps"', '"100 steps"'))
+        with pytest.raises(RefusedError, match="amber: "):
+            runbench.resume(folder, link, skip=(1,), homed=True, accept_amber=False)
+        assert not events(folder, "skip") and not events(folder, "redo")
+        runbench.Hook(link.simulator, 1, RunFolder(folder / "a.pxrun").ask_pause)
+        done = runbench.resume(folder, link, skip=(1,), homed=True)
+        assert (done["state"], done["skipped"]) == ("paused", [1])
+        with pytest.raises(UserError, match="line 1: it was skipped at an earlier resume"):
+            runbench.resume(folder, link, redo=(1,))
+        assert len(events(folder, "resume")) == 1
+
+
+def test_another_decision_about_a_line_that_is_not_printed_yet_is_taken(folder):
+    with runbench.bus() as link:
+        stop_at_once(folder, link)
+        runbench.Hook(link.simulator, 1, RunFolder(folder / "a.pxrun").ask_pause)
+        done = runbench.resume(folder, link, redo=(1,), homed=True)
+        assert (done["state"], done["printed"]) == ("paused", 0)
+        RunFolder(folder / "a.pxrun").ask_pause()
+        assert runbench.resume(folder, link, redo=(1,))["printed"] == 0  # the same is no mistake
+        done = runbench.resume(folder, link, skip=(1,))
+        assert (done["state"], done["printed"], done["skipped"]) == ("finished", 3, [1])
+        assert done["repeated"] == []
+
+
+def test_a_line_that_was_begun_and_printed_again_makes_the_report_amber(folder):
+    with runbench.bus() as link:
+        stop_at_once(folder, link)
+        done = runbench.resume(folder, link, redo=(1,), homed=True)
+    (one,) = done["repeated"]
+    assert one["line"] == 1 and one["was"].startswith("broken at pixel ")
+    assert f"repeated 1 ({one['was']})" in done.page()
+    made = ops.job_report(folder / "a.pxrun", output=folder / "a.html")
+    assert made["verdict"] == f"Finished: 4 of 4 lines printed; repeated: 1 ({one['was']})"
+    assert (made["colour"], made.status) == ("amber", 1)
+    assert '"fates":[4,1,1,1]' in (folder / "a.html").read_text()
+
+
+def test_what_boards_have_said_of_a_line_outlives_homing(folder):
+    with runbench.bus() as link:
+        stop_at_once(folder, link)
+        found = runbench.resume(folder, link)
+        said = {one["line"]: one["text"] for one in found["in_flight"]}
+        assert "broken at pixel" in said[1] and said[2] == "not printed"
+        ops.board_move(folder / "move.csv", steps=40, axis=0, link=link, pixel_hz=30)
+        again = runbench.resume(folder, link)
+        assert {one["line"]: one["text"] for one in again["in_flight"]} == said
+        assert not again["boards"][0]["trusted"]
+        (found,) = events(folder, "found")
+        assert [one["fate"] for one in found["lines"]] == ["broken", "not printed"]
+        assert f"line 1: {said[1]}" in ops.job_status(folder / "a.pxrun").page()
+
+
+def paused(folder, link):
+    """Print the job of a folder until it pauses."""
+    runbench.Hook(link.simulator, 60, RunFolder(folder / "a.pxrun").ask_pause)
+    assert runbench.run(folder, link)["state"] == "paused"
+    return link.simulator.count(0, 0)
+
+
+def test_a_pressed_emergency_stop_and_its_fault_stop_a_resume(folder):
+    (estop,) = [one for one in boards.load("mega").pins if one.signal == "ESTOP"]
+    port, bit = estop.port, estop.bit
+    with runbench.bus() as link:
+        made = paused(folder, link)
+        link.simulator.pin(0, port, bit, 0)
+        link.simulator.wait_s(0.1)
+        found = runbench.resume(folder, link, homed=True)
+        assert found.status == 3 and "the emergency stop is pressed: release it" in found.page()
+        link.simulator.pin(0, port, bit, 1)
+        link.simulator.wait_s(0.1)
+        found = runbench.resume(folder, link, homed=True)
+        assert found.status == 3 and "fault estop" in found.page()
+        assert "`pixstep board clear`" in found.page() and link.simulator.count(0, 0) == made
+        ops.board_clear(link=link)
+        assert runbench.resume(folder, link, homed=True)["state"] == "finished"
+
+
+def test_a_resume_without_a_pixel_clock_moves_nothing(folder):
+    with runbench.bus() as link:
+        paused(folder, link)
+        ops.board_move(folder / "move.csv", steps=40, axis=0, link=link, pixel_hz=30)
+        made = link.simulator.count(0, 0)
+        link.simulator.clock("off")
+        link.simulator.wait_s(1)
+        found = runbench.resume(folder, link, homed=True)
+        assert found.status == 3 and "board main: no pixel clock comes" in found.page()
+        assert link.simulator.count(0, 0) == made and not events(folder, "resume")
+        link.simulator.clock("on")
+        assert runbench.resume(folder, link, homed=True)["state"] == "finished"

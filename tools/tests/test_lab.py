@@ -71,6 +71,17 @@ def test_positions_become_counts_that_follow_them(machine):
     assert note.endswith(f"after pixel {1 + int(off.argmax())}")
 
 
+def test_play_that_a_plain_line_leaves_is_told(tmp_path):
+    text = MACHINE + 'backlash = "16 steps"\n'
+    (tmp_path / "machine.toml").write_text(text)
+    motor = px.Machine.load(tmp_path / "machine.toml")["Y"]
+    (note,) = px.line_from_positions([0, 9, 3], motor=motor).notes
+    assert note.startswith("the play of 16 steps is not taken up")
+    assert "line compensate" in note
+    assert px.line_from_positions([0, 9, 13], motor=motor).notes == ()
+    assert px.line_from_positions([0, 9, 3], decode="plain").notes == ()
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_a_fit_is_legal_and_near(seed):
     rng = np.random.default_rng(seed)
@@ -123,6 +134,7 @@ def test_a_fit_of_what_does_not_begin_at_rest_is_legal_and_says_how_far_it_is():
         (lambda: px.line_from_positions([0, 1], unit="mm", steps_per_unit=400),
          "steps_per_unit 400: expected a text"),
         (lambda: px.line_from_positions([0, 2, 1]), "line: pixel 2: a smooth line has one direct"),
+        (lambda: px.line_from_positions([0, 2, 1]), "turns back; a line of a plain motor may"),
         (lambda: px.line_from_positions([0, 1e6], decode="plain"), "pixel 1: 1000000 steps in a p"),
         (lambda: px.line_from_positions([0, "a"]), "pixel 2: 'a': expected a number"),
         (lambda: px.line_from_positions([0, 1], unit="deg", steps_per_unit="4 steps/mm"),

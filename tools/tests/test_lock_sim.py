@@ -229,12 +229,14 @@ def test_pixels_behind_a_fault_are_not_accused(tmp_path):
     assert judged.summary["reasons"] == [
         "fault decoder_late on axis 0 at pixel 31",
         "axis 0: 607 steps instead of 1200",
-        "axis 0: no record of 30 pixels, first 31",
+        "axis 0: no record of 30 pixels, first 31: the line was stopped before their end",
     ]
     assert judged.summary["axes"][0]["clock"]["max_position_error_steps"] <= 1
     assert judged.summary["axes"][0]["pixels_equal"] == 30
     result.record_every = 7  # of most pixels there is none to be had
-    assert judge(result).axes[0].reasons[1:] == ["no record of 4 pixels, first 35"]
+    assert judge(result).axes[0].reasons[1:] == [
+        "no record of 4 pixels, first 35: the line was stopped before their end"
+    ]
     without_steps(result, slice(200, 203), slice(604, None))
     (reason,) = (text for text in judge(result).axes[0].reasons if "position" in text)
     assert "more than 1 step off at 20 of the clock's edges, first edge 11 of the line" in reason

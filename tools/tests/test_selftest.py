@@ -207,6 +207,19 @@ def test_a_missing_clock_is_told_with_its_pin():
     assert verdict == FAILED and text.startswith("no edge on PIXEL_CLOCK on D48")
 
 
+@pytest.mark.parametrize("kind", ["uno", "mega"])
+def test_a_clock_that_is_not_wired_is_skipped_if_someone_says_so(kind):
+    machine = Machine(kind)
+    machine.fake.clock = False
+    person = Person(machine, no=("pixel clock",))
+    test = test_of(machine, person)
+    verdict, text = texts(test)["pixel clock"]
+    assert (verdict, text) == (SKIPPED, "not wired: run lines with --sync free")
+    asked = [question for question in person.asked if "pixel clock" in question]
+    assert asked[-1].startswith("Is a pixel clock wired to PIXEL_CLOCK on D")
+    assert test.passed
+
+
 @pytest.mark.parametrize(
     ("cause", "text"), [(4, "brown-out; the 5 V supply"), (8, "watchdog; the firmware hung")]
 )

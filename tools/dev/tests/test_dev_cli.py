@@ -7,6 +7,7 @@ import sys
 import pytest
 from click.testing import CliRunner
 
+from pixstep import natives
 from pixstep.cli.main import main
 from pixstep_dev.cli.main import main as main_dev
 
@@ -23,6 +24,7 @@ class Refuse:
         if name.partition(".")[0] == "pixstep_dev":
             raise ModuleNotFoundError(f"No module named {name!r}", name="pixstep_dev")
 sys.meta_path.insert(0, Refuse())
+from pixstep import natives
 from pixstep.cli.main import main
 main(prog_name="pixstep")
 """
@@ -82,3 +84,18 @@ def test_without_the_proof_all_else_works():
 def test_a_campaign_of_nothing_is_refused(words, wanted):
     done = CliRunner().invoke(main_dev, ["robustness", *words])
     assert done.exit_code == 2 and wanted in done.output
+
+
+@pytest.mark.parametrize(("script", "says"), [("setup", "tools/setup run "), ("build", "images")])
+def test_the_scripts_of_a_clone_explain_themselves(script, says):
+    for word in ("-h", "--help"):
+        done = subprocess.run(
+            [natives.root() / "tools" / script, word], capture_output=True, text=True, check=False
+        )
+        assert (done.returncode, done.stderr) == (0, "")
+        assert says in done.stdout and "SPDX" not in done.stdout and "set -" not in done.stdout
+    wrong = subprocess.run(
+        [natives.root() / "tools" / script, "nonsense"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert wrong.returncode != 0 and "what is 'nonsense'" in wrong.stderr

@@ -77,12 +77,13 @@ def read(path):
 
 
 def _pixstep(words):
-    """The command exists; with what follows it, up to its help text."""
+    """The command exists, and each of its options; its arguments are files."""
     command = main
-    while words and not words[0].startswith("-"):
+    while words and words[0] in getattr(command, "commands", {}):
         command, words = command.commands[words[0]], words[1:]
     known = {option for item in command.params for option in item.opts}
-    return {word for word in words if word.startswith("--")} <= known
+    given = {word for word in words if word.startswith("--")}
+    return given <= known and not hasattr(command, "commands")
 
 
 JUDGES = {
@@ -103,6 +104,7 @@ def test_judges_refuse():
     assert not _cmake(["--build", "--preset", "nano", "--target", "flash"])
     assert not _setup(["everything"])
     assert not _pixstep(["flash", "--burn", "now"])
+    assert not _pixstep(["board", "uplode", "line.csv"])
 
 
 @pytest.mark.parametrize(

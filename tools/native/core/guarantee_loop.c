@@ -211,9 +211,9 @@ static double edge_cost(const struct loop *r)
     return r->board->lead_edges != 0 ? r->cost->edge_locked : r->cost->edge;
 }
 
-// After the longest request a single axis has a round before it decodes, and an edge may come in it.
-// Its ring is low then, and batches of its curves are short: what it takes to begin a batch must be
-// made up for by what the batch has over what it costs.
+// After the longest request a single axis has a round before it decodes, and an edge may come in
+// it. Its ring is low then, and batches of its curves are short: what it takes to begin a batch
+// must be made up for by what the batch has over what it costs.
 static double spare_ticks(struct loop *r, const struct axis *a)
 {
     const struct guarantee_costs *c = r->cost;
@@ -303,7 +303,8 @@ static bool account_helps(const struct loop *r, const struct axis *a)
     return a->tail != a->head && a->parts[a->tail].end <= r->now;
 }
 
-// Entries that are made and can be accounted for: those of a part are free when all of them are made.
+// Entries that are made and can be accounted for: those of a part are free when all of them are
+// made.
 static double made_entries(const struct loop *r, const struct axis *a)
 {
     double made = 0.0;

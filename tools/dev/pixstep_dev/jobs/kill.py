@@ -25,7 +25,7 @@ from pixstep.operations.result import Result
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simulated_board import SimLink
 from pixstep_dev.jobs import passes
-from pixstep_dev.jobs.press import Press
+from pixstep_dev.jobs.press import BOARDS, Press
 
 _REFUSED = 3
 _WAITS_S = 8.0  # from the host's death to the next one's start, at most
@@ -137,6 +137,8 @@ def _resume(
         listed = _listed(found, outcome)
         redone = {line for line in sorted(listed) if chance.random() < 0.5}
         homed = not all(one["trusted"] for one in found["boards"])
+        for unit in range(1, len(BOARDS) + 1) if homed else ():
+            ops.board_clear(units=unit, link=link)  # of what a silent bus has stopped
         found = press.resume(
             link, where, redo=tuple(sorted(redone)), skip=tuple(sorted(listed - redone)),
             homed=homed, together=True,

@@ -157,6 +157,8 @@ def line_from_positions(
     up. `fit` takes the nearest line that the motor can make: a smooth one has even speeds at the
     pixel edges, from rest to rest. `deviation_steps` of the line is how far it is from the
     positions at most, and its notes say where. Whether the motor's limits are kept `check` says.
+    A smooth line takes up the motor's backlash; a plain line does not, and a note says so where it
+    turns: `ops.line_compensate` puts the steps in.
 
     Example:
         >>> places_mm = [0, 0.5, 2, 4, 5.5, 6]
@@ -182,8 +184,18 @@ def line_from_positions(
     motion = replace(made.line, backlash=given.backlash(backlash, rule, motor))
     hz = given.exact_hz(pixel_hz) or (motor.pixel_hz if motor else None)
     deviation = float(made.largest_error_steps)
-    return MotionLine(
-        motion, hz, motor, _deviation_notes(made, unit, abs(factor)), deviation_steps=deviation
+    notes = (*_deviation_notes(made, unit, abs(factor)), *_play_notes(motion, motor))
+    return MotionLine(motion, hz, motor, notes, deviation_steps=deviation)
+
+
+def _play_notes(line: Line, motor: Motor | None) -> tuple[str, ...]:
+    """Say that a plain line which turns leaves the load behind by the motor's play."""
+    turns = min(line.counts) < 0 < max(line.counts)
+    if line.decode != PLAIN or not turns or motor is None or not motor.backlash_steps:
+        return ()
+    return (
+        f"the play of {motor.backlash_steps} steps is not taken up where the line turns, and the "
+        "load is off by as much: `pixstep line compensate` (px.ops.line_compensate) puts it in",
     )
 
 

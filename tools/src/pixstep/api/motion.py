@@ -52,7 +52,8 @@ class AxisRecords(SmallPickle, Shown):
     actual_steps: npt.NDArray[np.int32] = field(repr=False)
     """Position by the steps that were made, from there too."""
     edge_error_ticks: npt.NDArray[np.int32] = field(repr=False)
-    """Edge of the pixel clock minus the planned edge, in ticks of the board's timer."""
+    """Edge of the pixel clock minus the planned edge, in ticks of the board's timer; 0 also where
+    no edge came and a locked line went on without: the board's clock_missing counts those."""
 
     def __len__(self) -> int:
         """Return the number of records."""
@@ -75,7 +76,7 @@ class AxisRecords(SmallPickle, Shown):
         return frame(dict(zip(names, self._columns, strict=True)))
 
     def _headline(self) -> str:
-        every = "of each pixel" if self.every == 1 else f"of every {self.every}th pixel"
+        every = "of each pixel" if self.every == 1 else f"of one pixel in {self.every}"
         missed = f", {self.missed} missed" if self.missed else ""
         return f"board {self.unit} axis {self.axis}: {count(len(self), 'record')} {every}{missed}"
 

@@ -466,7 +466,6 @@ def _column(given: str | int | None) -> str | None:
 
 def other_motor(path: Path, header: formats.ProfileHeader | None, motor: Motor | None) -> list[str]:
     """Return a note of a file that is made for another motor."""
-    made_for = origin.motor_of(path, header.name if header else None)
-    if motor is None or made_for in (None, motor.name):
+    if motor is None:
         return []
-    return [f"{path}: made for motor {made_for}, used for motor {motor.name}"]
+    return origin.other_motor(path, header.name if header else None, motor.name)

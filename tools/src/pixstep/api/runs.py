@@ -80,7 +80,9 @@ class AxisRun(SmallPickle, Shown):
     edge_errors_ticks: npt.NDArray[np.float64]
     """Edge minus exact instant, in ticks, of every step."""
     pixels: tuple[PixelRow, ...]
-    """Each pixel edge: its cycle, the steps that the board expected and those that it made."""
+    """Each pixel edge: its cycle, the steps that the board expected and those that it made. Where
+    no step is due on the edge its cycle is reckoned from a step that is, at the clock's nominal
+    period: on a clock that is off, edges of two axes differ by that."""
     clock: ClockErrors | None
     """How its pixels kept to the clock; None of a free line, and of one with too few edges."""
 
@@ -195,10 +197,13 @@ class Run(Shown):
     def to_dataframe(self) -> Any:
         """Return a pandas.DataFrame, or a pyarrow.Table where there is no pandas: a row a pixel.
 
-        What the run did not give is missing.
+        What the run did not give is missing. `load_steps`, where the load was, is a column if an
+        axis has a plant.
         """
-        names = ("axis", "pixel", "edge_cycle", "expected_steps", "actual_steps")
+        names = ["axis", "pixel", "edge_cycle", "expected_steps", "actual_steps"]
         rows = [row for axis in self.axes for row in axis.pixels]
+        if any(row.load_steps is not None for row in rows):
+            names.append("load_steps")
         return frame({name: [getattr(row, name) for row in rows] for name in names})
 
     def _headline(self) -> str:

@@ -195,7 +195,8 @@ def feature_names(low: int, high: int = 0) -> frozenset[str]:
 def missing_feature(unit: int, name: str) -> MissingFeatureError:
     """Return the error for a board without a feature."""
     feature = feature_named(name)
-    return MissingFeatureError(unit, feature.name, feature.bit, feature.meaning)
+    cure = _OTHER_CLOCK if name == CLOCK_OUT_FEATURE else ""
+    return MissingFeatureError(unit, feature.name, feature.bit, feature.meaning + cure)
 
 
 # A clock that a board makes itself: its timer counts once in so many ticks.
@@ -204,6 +205,10 @@ CLOCK_OUT_FEATURE = "clock_out"
 MOST_CLOCK_OUT_HZ = 2000
 CLOCK_OUT_SHARE = 0.01  # of the frequency that lines expect, by which it may be off
 _CLOCK_OUT_TICKS = 64
+_OTHER_CLOCK = (
+    ": another image makes one (docs/WIRING.md, A clock to try with); a line with `--sync free` "
+    "needs no clock"
+)
 
 
 def clock_out_hz(asked_hz: int, tick_hz: int) -> Fraction:

@@ -27,23 +27,24 @@ class BoardError(PlainError):
 
 
 class NoReplyError(BoardError):
-    """Nothing came back, or nothing that could be read: then `heard` bytes did."""
+    """Nothing came back, or nothing that could be read: then `heard` bytes did.
+
+    `brief` is its text without what to look for.
+    """
 
     def __init__(self, unit: int, what: str, place: str = "", heard: int = 0) -> None:
         where = f" on {place}" if place else ""
+        text, cure = f"no reply to {what}", ""
         if heard:
-            text = (
-                f"an unreadable reply to {what} ({heard} bytes): another rate or parity, or two "
-                f"boards with this address"
+            text = f"an unreadable reply to {what} ({heard} bytes)"
+            cure = ": another rate or parity, or two boards with this address"
+        elif place:
+            cure = (
+                ": check its power, the wiring, its address, rate and parity "
+                "(`pixstep board scan --bauds` looks for boards)"
             )
-        else:
-            text = f"no reply to {what}"
-            if place:
-                text += (
-                    ": check its power, the wiring, its address, rate and parity "
-                    "(`pixstep board scan --bauds` looks for boards)"
-                )
-        super().__init__(f"board {unit}{where}: {text}")
+        self.brief: str = f"board {unit}{where}: {text}"
+        super().__init__(f"{self.brief}{cure}")
         self.unit, self.heard = unit, heard
 
 

@@ -34,6 +34,7 @@ _WRAPS = 0x10000  # of lines_done
 _OVER = ("done", "loaded")  # a line has ended; "loaded" is the state of the next one
 _TOGETHER = "too_fast_together"
 _STOP_TRIES = 3
+_NOT_STOPPED = "NOT STOPPED as far as is known"
 _LAST_STEP_S = 1.0  # the period of a very slow step may be longer
 _LOOK_S = 0.05  # between the two positions that show whether an axis rests
 
@@ -311,22 +312,32 @@ def stopped_on_failure(group: list[LinesOfBoard]) -> Iterator[None]:
     except UserError:
         raise
     except (NoReplyError, LineLostError) as error:
-        error.args = (f"{error} (stopped: {stop(group)})",)
+        error.args = (_beside(error, stop(group)),)
         raise
     except BoardError as error:
         moving = [lines for lines in group if not _known_still(lines.board, lines.axes)]
         if moving:
-            error.args = (f"{error} (stopped: {stop(moving)})",)
+            error.args = (_beside(error, stop(moving)),)
         raise
     except BaseException as error:
         error.add_note(stop(group))
         raise
 
 
+def _beside(error: BoardError, stopped: str) -> str:
+    """Return an error with what became of the stop: first, where it is not known to have stopped.
+
+    A front end cuts the middle out of a long text.
+    """
+    if stopped.startswith(_NOT_STOPPED):
+        return f"{stopped}; {error}"
+    return f"{error} (stopped: {stopped})"
+
+
 def _stop_all(group: list[LinesOfBoard]) -> list[str]:
-    """Stop all axes of a group; return in words how, by board and axis."""
+    """Stop all axes of a group; return in words how, by board and axis, what failed first."""
     failures = [_try_stop(lines.board, lines.axes) for lines in group]
-    told = []
+    told, unknown = [], []
     for lines, failure in zip(group, failures, strict=True):
         try:
             if failure and not _known_still(lines.board, lines.axes):
@@ -337,8 +348,8 @@ def _stop_all(group: list[LinesOfBoard]) -> list[str]:
                 for axis, steps in found.items()
             ]
         except BoardError as error:
-            told.append(f"NOT STOPPED as far as is known: {error}")
-    return told
+            unknown.append(f"{_NOT_STOPPED}: {getattr(error, 'brief', error)}")
+    return unknown + told
 
 
 def positions(board: Device, axes: list[int]) -> Mapping[int, int]:

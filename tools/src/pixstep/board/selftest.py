@@ -152,6 +152,9 @@ def _clock_result(text: str, *, right: bool) -> SelftestResult:
     return SelftestResult("pixel clock", OK if right else FAILED, text)
 
 
+_NO_CLOCK = SelftestResult("pixel clock", SKIPPED, "not wired: run lines with --sync free")
+
+
 def _watch_s(hz: Fraction) -> float:
     """Return for how long edges of a clock are counted."""
     return float(max(Fraction(_CLOCK_S), 4 / hz))
@@ -271,11 +274,15 @@ class SelfTest(AtMachine):
         """Let the board make the clock if someone says that it is wired; else tell what to do."""
         text = f"no edge on {self.pin('PIXEL_CLOCK')} in {seconds:.1f} s"
         if not self.board.has(boards.CLOCK_OUT_FEATURE):
-            return _clock_result(text, right=False)
+            if self._has_no_clock():
+                return _NO_CLOCK
+            return _clock_result(f"{text}; a line with --sync free needs no clock", right=False)
         hz = min(max(round(wanted), 1), boards.MOST_CLOCK_OUT_HZ)
         out = self.pin("CLOCK_OUT")
         wired = self.agreed(f"No pixel clock comes. Does a wire join {out} and {self._input()}?")
         if not wired:
+            if self._has_no_clock():
+                return _NO_CLOCK
             make = f"`pixstep board set {boards.CLOCK_OUT_SETTING}={hz}`"
             return _clock_result(f"{text}; {make} makes a clock on {out}", right=False)
         self.board.write_setting(boards.CLOCK_OUT_SETTING, hz)
@@ -283,6 +290,12 @@ class SelfTest(AtMachine):
             return self._own_clock(hz)
         finally:
             self.board.write_setting(boards.CLOCK_OUT_SETTING, 0)
+
+    def _has_no_clock(self) -> bool:
+        """Whether someone says that no pixel clock is wired."""
+        if self.person is None:
+            return False
+        return not self.person.agrees(f"Is a pixel clock wired to {self._input()}?")
 
     def _own_clock(self, asked_hz: int) -> SelftestResult:
         """Whether the clock that the board makes comes in again, and is what the lines expect."""

@@ -13,6 +13,7 @@ import hashlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from fractions import Fraction
 from pathlib import Path
 
 from pixstep.errors import RefusedError
@@ -25,6 +26,7 @@ from pixstep.jobs.judging import MotorFindings
 from pixstep.jobs.machine_copy import NOTHING, MachineCopy
 from pixstep.lines.line import SMOOTH
 from pixstep.machine.model import LimitsTable
+from pixstep.profiles import origin
 
 Keys = tuple[str, ...]
 ANY = "*"
@@ -268,6 +270,7 @@ class _Comparison:
         for key in _MOTOR_KEYS:
             yield self._compared(("motors", name, key))
         yield self._backlash(name)
+        yield from self._file(name)
         for key in _MORE_KEYS:
             yield self._compared(("motors", name, key))
         for key in LimitsTable.model_fields:
@@ -305,6 +308,21 @@ class _Comparison:
             why = "missing on one side; its default is the same"
             return replace(found, colour=AMBER, why=why)
         return found
+
+    def _file(self, name: str) -> Iterator[ComparisonRow]:
+        """Yield what the file of a motor's lines was made for, as far as it says it."""
+        about, today = self.job.header.motors[name], self.today.tables
+        place = f"motors.{name} file"
+        if about.file_hz:
+            other = origin.OtherFrequency(about.file, Fraction(about.file_hz), today.pixel_hz)
+            same = origin.is_same(other.made_for, other.used)
+            found = (f"{float(hz):.10g} Hz" for hz in (other.made_for, other.used))
+            rule = Rule(RED if other.too_fast else AMBER, f"{about.file}: {other.text}", key=True)
+            yield self._row(f"{place} pixel", rule, *found, equal=same)
+        if about.file_motor:
+            rule = Rule(AMBER, f"{about.file} was made for another motor", key=True)
+            same = about.file_motor == name
+            yield self._row(f"{place} motor", rule, about.file_motor, name, equal=same)
 
     def _speed(self, name: str) -> int:
         """Return the speed of a motor's lines, the lowest if they differ."""

@@ -24,6 +24,7 @@ NAME = "job.toml"
 SCHEMA: Literal[1] = 1
 _SEAL = "\n[seal]\n"
 Count = Annotated[int, Field(ge=0)]
+_OF_FILE = ("file", "file_hz", "file_motor")
 
 
 class _JobTable(BaseModel):
@@ -63,7 +64,9 @@ class JobMotorTable(_JobTable):
     """What a motor's lines were made with: steps, and steps/pixel.
 
     `profiles` are the members with its profiles, by use: line, move, home, and own, a line profile
-    that was named when the job was made. `used` is the one that the lines were made by.
+    that was named when the job was made. `used` is the one that the lines were made by. Of lines
+    of a file `file` is its name, `file_hz` and `file_motor` what it says it was made for; an empty
+    one is not written.
     """
 
     role: Literal["scan", "step", "turn", "still", "lines"]
@@ -72,6 +75,9 @@ class JobMotorTable(_JobTable):
     speed: Count = 0
     distance: int = 0
     used: Literal["", "line", "move", "own"] = ""
+    file: str = ""
+    file_hz: str = ""
+    file_motor: str = ""
     profiles: dict[str, str] = {}
 
 
@@ -91,6 +97,10 @@ class JobHeader(_JobTable):
     def text(self) -> str:
         """Return the file, sealed."""
         content = self.model_dump(by_alias=True)
+        for motor in content["motors"].values():
+            for key in _OF_FILE:
+                if not motor[key]:
+                    del motor[key]
         document = tomlkit.document()
         document.add(tomlkit.comment("A print job of pixstep: `pixstep job show` tells of it."))
         for key, value in content.items():

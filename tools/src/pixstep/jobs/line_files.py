@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 from pixstep import formats
 from pixstep.errors import RefusedError, UserError
@@ -156,12 +157,14 @@ def _refuse_jump(table: _Positions, row: int, last: int | None, first: int) -> N
 
 
 def of_files(
-    machine: MachineFile, paths: Mapping[str, Path], asked: JobOptions, *, alternate: bool = True
-) -> NewJob:
+    machine: MachineFile, paths: Mapping[str, Path], asked: JobOptions, *, alternate: bool = True,
+    refuse_faster: bool = True,
+) -> NewJob:  # fmt: skip
     """Return the job of files of lines, one a motor; a file of one line is that line each time.
 
     The counts of a smooth motor have no sign: they run forth and back if they `alternate`. The
-    image begins as the header of a file says that has a lead-in.
+    image begins as the header of a file says that has a lead-in. A file for another motor or
+    another pixel frequency gets a note; one for a lower frequency is refused, if wanted.
     """
     read = {machine[name].name: formats.read_motion(path) for name, path in paths.items()}
     count = max(len(file.blocks) for file in read.values())
@@ -170,8 +173,28 @@ def of_files(
     images = [_image_pixels(machine[name], file, own) for name, file in read.items()]
     places = [ImagePlace(max(one[k % len(one)] for one in images)) for k in range(count)]
     source = SourceTable(kind="lines", files=source_files(paths.values()))
-    made = of_lines(machine, strokes, places, source, own)
-    return replace(made, notes=(*notes, *(note for file in read.values() for note in file.notes)))
+    for name, file in read.items():
+        notes += [*file.notes, *_for_another(machine, name, file, refuse_faster)]
+    files = {name: _said_of(file) for name, file in read.items()}
+    return replace(of_lines(machine, strokes, places, source, own, files), notes=tuple(notes))
+
+
+def _for_another(
+    machine: MachineFile, name: str, file: MotionFile, refuse_faster: bool
+) -> Iterator[str]:
+    """Yield that a file is for another motor, or for another frequency of pixels."""
+    path = Path(file.path)
+    yield from origin.other_motor(path, file.header.name if file.header else None, name)
+    yield from origin.frequency_notes(path, file.header, machine.pixel_hz, refuse=refuse_faster)
+
+
+def _said_of(file: MotionFile) -> dict[str, Any]:
+    """Return the name of a file, and what it was made for, as job.toml has it."""
+    path, header = Path(file.path), file.header
+    return {
+        "file": path.name, "file_hz": str(origin.frequency_of(path, header) or ""),
+        "file_motor": origin.motor_of(path, header.name if header else None) or "",
+    }  # fmt: skip
 
 
 def _strokes(motor: MotorTable, file: MotionFile, count: int, alternate: bool) -> list[MotorStroke]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from pixstep.board import capability, values
 from pixstep.errors import AskedText, UserError
@@ -97,14 +98,19 @@ def of_image(machine: MachineFile, wanted: AskedImage, asked: JobOptions) -> New
 def of_lines(
     machine: MachineFile, strokes: Mapping[str, Sequence[MotorStroke]],
     places: Sequence[ImagePlace], source: SourceTable, asked: JobOptions,
+    files: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> NewJob:  # fmt: skip
-    """Return the job of lines that are there already, one a motor and place."""
+    """Return the job of lines that are there already, one a motor and place.
+
+    `files` are what the files of motors' lines say of themselves, as job.toml has it.
+    """
     copies = Copies.of_machine(machine)
     parts = {
         name: MotorPart(
             JobMotorTable(
                 role="lines", decode=machine[name].kind, backlash=asked.play(machine[name]),
                 profiles=copies.profiles(machine, name, asked.profiles.get(name)),
+                **(files or {}).get(name, {}),
             ),
             strokes[name],
             asked.starts.get(name, 0),

@@ -8,30 +8,32 @@ One that was reset, or does not answer, leaves the lines that were in flight unk
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 
 from pixstep.board import registers as regs
-from pixstep.board import run
+from pixstep.board import run, settings
 from pixstep.board.errors import BoardError, LineLostError, NoReplyError
-from pixstep.jobs import account
+from pixstep.jobs import account, run_log
 from pixstep.jobs.account import LinePlace
 from pixstep.jobs.job import Job
-from pixstep.jobs.run_log import History
+from pixstep.jobs.run_log import Event, History
 from pixstep.jobs.stations import Station, has_lost_tag
+from pixstep.machine.files import MachineFile
 
 _POLL_S = 0.1
 _BEGINS_S = 1.0  # from arming to line zero, where somebody has said go
+_CLOCK_S = 1.0  # in which a board that has begun just now sees its pixel clock
 
 
 class Fate(Enum):
     """What became of a line that was in flight."""
 
     PRINTED = "printed"
-    LEFT = "not printed"
+    LEFT = run_log.NOT_PRINTED
     BROKEN = "broken"
-    UNKNOWN = "unknown"
+    UNKNOWN = run_log.UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -106,11 +108,61 @@ def _await_board(station: Station, most_s: float) -> None:
 
 
 def judge(job: Job, told: History, stations: Iterable[Station]) -> ResumeVerdict:
-    """Look at the boards; return what became of the lines in flight."""
+    """Look at the boards; return what became of the lines in flight.
+
+    What boards have said before stays: they may have been homed, or reset, since.
+    """
     found = [_found(job, told, station) for station in stations]
-    lines = [_line(job, number, found) for number in told.in_flight]
+    lines = [
+        LineInFlight(number, Fate(told.found[number][0]), told.found[number][1])
+        if number in told.found else _line(job, number, found)
+        for number in told.in_flight
+    ]  # fmt: skip
     made = {one.place.line for one in found if one.place and not one.reset}
     return ResumeVerdict(found, lines, disagree=len(made) > 1)
+
+
+def known_of(verdict: ResumeVerdict) -> list[Event]:
+    """Return the lines in flight of which boards know what became, as the log has them."""
+    return [
+        {"line": one.number, "fate": one.fate.value, "text": one.text}
+        for one in verdict.lines if one.fate is not Fate.UNKNOWN
+    ]  # fmt: skip
+
+
+def troubles(machine: MachineFile, stations: Iterable[Station]) -> Iterator[str]:
+    """Yield what keeps boards that answer from printing: emergency stop, fault, no pixel clock."""
+    for station in stations:
+        board = station.board
+        with contextlib.suppress(NoReplyError, LineLostError):
+            status = regs.flags(board.input("status"))
+            if status["estop"]:
+                yield (
+                    f"board {station.name}: the emergency stop is pressed: release it, then "
+                    f"`pixstep board clear`"
+                )
+            elif status["fault"]:
+                yield f"board {station.name}: {board.fault_advice()}"
+            if _needs_clock(machine) and not _has_clock(station):
+                yield f"board {station.name}: no pixel clock comes"
+
+
+def _needs_clock(machine: MachineFile) -> bool:
+    """Whether edges come all the time, from a source that no board of the machine is."""
+    clock = machine.clock
+    wanted = settings.of_clock(clock.sync, clock.edges).get("sync") != regs.SYNCS["free"]
+    made = any(board.clock_out_hz for board in machine.boards.values())
+    return wanted and not (clock.gate_edges or made)
+
+
+def _has_clock(station: Station) -> bool:
+    board, world = station.board, station.link.world
+    end_s = world.now_s() + _CLOCK_S
+    while not regs.flags(board.input("status"))["clock"]:
+        if world.now_s() > end_s:
+            return False
+        world.wait(_POLL_S)
+    return True
 
 
 def discard_left(stations: Iterable[Station]) -> None:
@@ -123,10 +175,8 @@ def discard_left(stations: Iterable[Station]) -> None:
 
 
 def clear(station: Station) -> None:
-    """Clear a board's fault and discard what is queued, so that it takes lines again."""
+    """Discard what is queued on a board, so that it takes lines again."""
     run.discard(station.lines)
-    if station.board.fault_name():
-        run.command(station.board, "clear_fault", station.lines.axes)
 
 
 def _found(job: Job, told: History, station: Station) -> BoardAtResume:

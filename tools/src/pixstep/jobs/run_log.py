@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -27,6 +28,8 @@ from pixstep.errors import RefusedError, UserError
 BEGIN, CHAIN, QUEUED, DONE = "begin", "chain", "queued", "done"
 LOST, PAUSED, STOPPED, FINISHED = "lost", "paused", "stopped", "finished"
 RESUME, REDO, SKIP, HOMED, MOVED = "resume", "redo", "skip", "homed", "moved"
+FOUND = "found"  # at a resume: what became of lines in flight, as the boards said
+NOT_PRINTED, UNKNOWN = "not printed", "unknown"
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,9 @@ class Base:
 class History:
     """What a log tells. `chain` is the first line of the last chain, 0 before it begins.
 
-    `bases` are the axes when it began, by motor.
+    `bases` are the axes when it began, by motor. `found` is what boards have said of lines in
+    flight, fate and text; `repeated` what was said of lines that may have been begun, and that were
+    to be printed again.
     """
 
     lines: int
@@ -58,6 +63,8 @@ class History:
     chain: int = 0
     bases: dict[str, Base] = field(default_factory=dict)
     skipped: set[int] = field(default_factory=set)
+    found: dict[int, tuple[str, str]] = field(default_factory=dict)
+    repeated: dict[int, list[str]] = field(default_factory=dict)
     finished: bool = False
     last: Event = field(default_factory=dict)
     tags: dict[str, int] = field(default_factory=dict)  # of the boards, by name
@@ -76,6 +83,10 @@ class History:
     def take(self, event: Event) -> None:
         """Take an event."""
         kind, line = event.get("event"), int(event.get("line", 0))
+        if kind == FOUND:  # it changes nothing, but what is known
+            told = event["lines"]
+            self.found |= {one["line"]: (one["fate"], one["text"]) for one in told}
+            return
         self.last = event
         if kind == BEGIN:
             self.lines = int(event["lines"])
@@ -86,7 +97,7 @@ class History:
             axes = (about["axes"] for about in boards.values())
             self.bases = {name: Base.of(data) for one in axes for name, data in one.items()}
         elif kind == CHAIN:
-            self.chain, self.in_flight = line, []
+            self.chain, self.in_flight, self.found = line, [], {}
             self.bases = {name: Base.of(data) for name, data in event["axes"].items()}
         elif kind == MOVED:
             self.chain = 0
@@ -100,8 +111,15 @@ class History:
                 self.skipped.add(line)
         elif kind == REDO:
             self._settle(line)
+            self._repeat(line, str(event.get("was", NOT_PRINTED)))
         elif kind == FINISHED:
             self.finished = True
+
+    @property
+    def twice(self) -> dict[int, str]:
+        """Lines that were printed though they may have been begun before, and how that ended."""
+        lines = sorted(self.printed - self.skipped)
+        return {line: ", ".join(self.repeated[line]) for line in lines if line in self.repeated}
 
     @property
     def next_line(self) -> int:
@@ -115,6 +133,10 @@ class History:
         if is_running:
             return "running"
         return PAUSED if self.last.get("event") == PAUSED else "broken"
+
+    def _repeat(self, line: int, was: str) -> None:
+        if was != NOT_PRINTED:
+            self.repeated.setdefault(line, []).append(re.split(" of |:", was)[0])
 
     def _settle(self, line: int) -> None:
         if line in self.in_flight:

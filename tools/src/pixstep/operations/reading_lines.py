@@ -88,9 +88,7 @@ def motor_notes(
     if not motors:
         return
     motor = motors[index] if index < len(motors) else motors[0]
-    made_for = origin.motor_of(path, header.name if header else None)
-    if made_for is not None and made_for != motor.name:
-        yield f"{path}: made for motor {made_for}, used for motor {motor.name}"
+    yield from origin.other_motor(path, header.name if header else None, motor.name)
 
 
 def line_notes(

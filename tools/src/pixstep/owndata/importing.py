@@ -80,7 +80,8 @@ def _is_negative(counts: Sequence[int], refuse: Refuse) -> bool:
     if len(signs) > 1:
         first = next(1 if count > 0 else -1 for count in counts if count)
         pixel = next(k for k, count in enumerate(counts) if count * first < 0)
-        raise refuse(pixel, "a smooth line has one direction: this pixel turns back")
+        text = "a smooth line has one direction: this pixel turns back; a line of a plain motor may"
+        raise refuse(pixel, text)
     return signs == {-1}
 
 

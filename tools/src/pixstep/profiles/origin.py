@@ -120,6 +120,14 @@ def motor_of(path: Path, header_name: str | None = None) -> str | None:
     return named.motor if named else None
 
 
+def other_motor(path: Path, header_name: str | None, motor: str) -> list[str]:
+    """Return a note of a file that is for another motor than the one it is used for."""
+    made_for = motor_of(path, header_name)
+    if made_for in (None, motor):
+        return []
+    return [f"{path}: made for motor {made_for}, used for motor {motor}"]
+
+
 def _motor(name: str) -> str:
     return name.upper() if _OF_PRINTER.fullmatch(name) else name
 

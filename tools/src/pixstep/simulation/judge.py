@@ -194,13 +194,15 @@ def _judge_pixels(result: RunResult, found: AxisVerdict, rows: list[PixelRow]) -
     if result.refused:
         return 0
     every = result.record_every
+    made = _made_pixels(rows, _stopped_at(result, found))
     missing = [row.pixel for row in rows if row.expected_steps is None and row.pixel % every == 0]
     if missing:
         why = ": those of the clock's deviations overwrote them" if result.job.strays_px else ""
+        if missing[0] > made:
+            why = ": the line was stopped before their end"
         found.reasons.append(f"no record of {len(missing)} pixels, first {missing[0]}{why}")
     equal, wrong = 0, []
     records = result.records.get(found.axis, {})
-    made = _made_pixels(rows, _stopped_at(result, found))
     table = exact.expected_positions(result.job.lines[found.axis])
     for row, value in zip(rows, table, strict=True):
         record = records.get(row.pixel)

@@ -9,6 +9,7 @@
   const FATES = [
     ["not printed", "#c3cad2", ""], ["printed", "#1a7f4b", "green"],
     ["skipped", "#e0a100", "amber"], ["in flight", "#1767b5", "blue"],
+    ["begun, and printed again", "#d1495b", "amber"],
   ];
   const NO_FIGURE = [217, 212, 201];
   const RAMP = [[237, 244, 251], [158, 202, 225], [66, 146, 198], [8, 88, 158], [8, 36, 82]];

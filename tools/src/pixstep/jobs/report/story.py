@@ -14,7 +14,7 @@ from pixstep.jobs.run_folder import RunFolder
 from pixstep.jobs.run_log import Event, History
 
 GREEN, BLUE, AMBER, RED = "green", "blue", "amber", "red"
-LEFT, PRINTED, SKIPPED, IN_FLIGHT = range(4)  # what became of a line
+LEFT, PRINTED, SKIPPED, IN_FLIGHT, REPEATED = range(5)  # what became of a line
 _QUIET = (run_log.QUEUED, run_log.DONE)
 
 
@@ -49,6 +49,8 @@ class Story:
             found[line - 1] = IN_FLIGHT
         for line in self.told.printed:
             found[line - 1] = SKIPPED if line in self.told.skipped else PRINTED
+        for line in self.told.twice:
+            found[line - 1] = REPEATED
         return found
 
     @property
@@ -84,8 +86,14 @@ class Story:
             return RED, f"Broken off: {lines} printed{self._why()}"
         if self.told.skipped:
             skipped = ", ".join(map(str, sorted(self.told.skipped)))
-            return AMBER, f"Finished, not whole: {lines} printed; skipped: {skipped}"
-        return GREEN, f"Finished: {lines} printed"
+            return AMBER, f"Finished, not whole: {lines} printed; skipped: {skipped}{self._twice}"
+        return AMBER if self._twice else GREEN, f"Finished: {lines} printed{self._twice}"
+
+    @property
+    def _twice(self) -> str:
+        """The lines that were begun and printed again, in words."""
+        told = ", ".join(f"{line} ({was})" for line, was in self.told.twice.items())
+        return f"; repeated: {told}" if told else ""
 
     @property
     def comparison(self) -> Event:
@@ -146,6 +154,8 @@ def _words(event: Event) -> str:
     if kind in (run_log.REDO, run_log.SKIP):
         was = f": it was {event['was']}" if "was" in event else ""
         return f"line {event['line']}{was}"
+    if kind == run_log.FOUND:
+        return "; ".join(f"line {one['line']}: {one['text']}" for one in event["lines"])
     if kind == run_log.RESUME:
         return f"the machine compared: {event.get('comparison', '')}"
     return f"after line {event['line']}" if "line" in event else ""

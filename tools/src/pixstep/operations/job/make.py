@@ -273,7 +273,9 @@ class JobMake(Request):
         asked = self._asked(machine)
         if source == "lines_of":
             paths = pairs("lines_of", self.lines_of)
-            return line_files.of_files(machine, paths, asked, alternate=self.alternate)
+            return line_files.of_files(
+                machine, paths, asked, alternate=self.alternate, refuse_faster=self.check
+            )
         if source == "table":
             pass
 

@@ -49,6 +49,13 @@ class LineOfRun(TypedDict):
     text: str
 
 
+class RepeatedLine(TypedDict):
+    """A line that was printed again, and what had become of it before: it may be exposed twice."""
+
+    line: int
+    was: str
+
+
 class BoardOfRun(TypedDict):
     """A board as it is found: `trusted` if the positions of its motors hold."""
 
@@ -74,6 +81,7 @@ class RunOfJob(TypedDict):
     lines: int
     printed: int
     skipped: list[int]
+    repeated: list[RepeatedLine]
     left_s: float
     rests: NotRequired[int]
     reserve_px: NotRequired[float | None]
@@ -199,7 +207,9 @@ def make(session: JobSession, path: Path, *, may_move: bool) -> Result:
             signals.status(error),
         ) from None
     except JobBrokenError as error:
-        raise JobBrokenError(f"{error}; `pixstep job resume {path}` goes on", error.rows) from None
+        raise JobBrokenError(
+            f"{error}; `pixstep job resume {path}` goes on: type it before you home", error.rows
+        ) from None
     data = facts_of(path, session.job, session.told, ended.value)
     reserve = None if math.isinf(session.reserve_px) else round(session.reserve_px, 1)
     if reserve is not None and not session.rests:
@@ -235,6 +245,7 @@ def facts_of(path: Path, job: Job, told: Any, state: str) -> RunOfJob:
         "lines": job.lines,
         "printed": len(told.printed) - len(told.skipped),
         "skipped": sorted(told.skipped),
+        "repeated": [{"line": line, "was": was} for line, was in told.twice.items()],
         "left_s": round(float(left * job.pixels / job.pixel_hz), 3),
     }
 
@@ -243,6 +254,8 @@ def text_of(data: RunOfJob) -> str:
     """Return the state of a run in a sentence or two."""
     skipped = data["skipped"]
     more = f", skipped {', '.join(map(str, skipped))}" if skipped else ""
+    repeated = ", ".join(f"{one['line']} ({one['was']})" for one in data["repeated"])
+    more += f", repeated {repeated}" if repeated else ""
     text = f"{data['run']}: {data['state']}: {data['printed']} of {data['lines']} lines{more}"
     if data["state"] == "finished":
         return text

@@ -20,6 +20,7 @@ from pixstep.operations.result import Page, Result
 if TYPE_CHECKING:
     from pixstep.jobs.job import Job
     from pixstep.jobs.resuming import ResumeVerdict
+    from pixstep.jobs.run_log import History
     from pixstep.jobs.session import JobSession
     from pixstep.machine.files import MachineFile
 
@@ -34,7 +35,9 @@ class JobResume(Prints):
     pixel, or unknown, where a board was reset or is gone. Of broken and unknown lines, at most two,
     nothing is guessed: they are listed, nothing moves, exit status 3, until --redo or --skip says
     what is to become of each. After a hard stop, a reset or a power cut positions do not hold: the
-    motors are homed first.
+    motors are homed first. A pressed emergency stop, a latched fault and a missing pixel
+    clock are named too, and stop it. What boards say is kept in the log; a resume that is refused
+    has decided nothing.
     """
 
     result = RunOfJob
@@ -57,6 +60,7 @@ class JobResume(Prints):
         folder, job = opened(self.run_path)
         from pixstep.jobs import resuming, run_log
         from pixstep.jobs.run_folder import Parts
+        from pixstep.jobs.runner import RunWatch
         from pixstep.jobs.session import JobSession
         from pixstep.jobs.stations import of_job
 
@@ -76,20 +80,25 @@ class JobResume(Prints):
                 resuming.await_rest(stations, most_s)
                 verdict = resuming.judge(job, told, stations)
                 resuming.discard_left(stations)
-                refused = self._undecided(job, told, verdict)
+                parts = Parts(self.run_path) if self.records else None
+                session = JobSession(job, machine, stations, log, told, RunWatch(), parts)
+                known = resuming.known_of(verdict)
+                if any(one["line"] not in told.found for one in known):
+                    session.note({"event": run_log.FOUND, "lines": known})
+                troubles = [*resuming.troubles(machine, stations)]
+                refused = self._undecided(job, told, verdict, troubles)
                 if refused:
                     return refused
                 for name in verdict.to_home if self.home else ():
                     _home_direction(machine, name)
                 with printing.watched(desk, lambda: folder.pause_asked) as watch:
-                    parts = Parts(self.run_path) if self.records else None
-                    session = JobSession(job, machine, stations, log, told, watch, parts)
+                    session.watch = watch
                     if self.time_gaps:
                         session.time_gaps()
-                    self._settle(session, verdict)
                     for station in stations:
                         resuming.clear(station)
                     facts = self.compare(desk, job, found, bus_of)
+                    self._settle(session, verdict)  # a resume that is refused has decided nothing
                     session.note({"event": run_log.RESUME, **facts})
                     if not told.lines:
                         session.begin(facts, safe=printing.safe(job, machine))
@@ -99,11 +108,15 @@ class JobResume(Prints):
                     finally:
                         folder.forget_pause()
 
-    def _undecided(self, job: Job, told: Any, verdict: ResumeVerdict) -> Result | None:
-        """Return what somebody has to decide first; None if all is decided."""
+    def _undecided(
+        self, job: Job, told: Any, verdict: ResumeVerdict, troubles: Iterable[str]
+    ) -> Result | None:
+        """Return what somebody has to decide or mend first; None if there is nothing."""
         asked = {one.number for one in verdict.asked}
         for number in (*self.redo, *self.skip):
-            if number not in asked | told.skipped:
+            if number in self.redo and number in told.skipped:
+                raise UserError(f"line {number}: it was skipped at an earlier resume: that stays")
+            if number not in asked | told.skipped | _to_repeat(told):
                 raise UserError(
                     f"line {number} is neither broken nor unknown"
                     + (f": {', '.join(map(str, sorted(asked)))} are" if asked else "")
@@ -111,7 +124,7 @@ class JobResume(Prints):
         both = set(self.redo) & set(self.skip)
         if both:
             raise AskedError("line {line}: either {redo} or {skip}", line=min(both))
-        texts = [
+        texts: list[str] = [
             AskedText("line {n} is {text}: {redo} {n} or {skip} {n}", n=one.number, text=one.text)
             for one in verdict.asked
             if one.number not in (*self.redo, *self.skip)
@@ -127,6 +140,7 @@ class JobResume(Prints):
                 "positions do not hold: {motors}: home them, then {homed}; or {home}",
                 motors=", ".join(to_home),
             ))  # fmt: skip
+        texts += troubles
         if not texts:
             return None
         data = printing.facts_of(self.run_path, job, told, "undecided")
@@ -153,6 +167,9 @@ class JobResume(Prints):
                 session.note({"event": run_log.SKIP, "line": one.number, "was": one.text})
             else:
                 session.note({"event": run_log.REDO, "line": one.number, "was": one.text})
+        for number in sorted({*self.skip} & _to_repeat(session.told)):
+            was = ", ".join(session.told.repeated[number])
+            session.note({"event": run_log.SKIP, "line": number, "was": was})
 
     def _home(self, desk: Desk, session: JobSession, verdict: ResumeVerdict) -> None:
         """Home motors whose positions do not hold, and bring them to their line from its side."""
@@ -169,6 +186,11 @@ class JobResume(Prints):
             session.job, session.told.next_line, [one.station for one in away]
         )
         session.bring(moved)
+
+
+def _to_repeat(told: History) -> set[int]:
+    """Return the lines that are to be printed again, by an earlier resume, and are not yet."""
+    return {*told.repeated} - told.printed
 
 
 def _home_motor(
@@ -233,15 +255,22 @@ class JobStatus(Request):
         state = told.state(is_running=running)
         data = printing.facts_of(self.run_path, job, told, state)
         data["in_flight"] = [
-            {"line": number, "fate": "in flight", "text": "queued, not confirmed"}
+            {"line": number, "fate": "in flight", "text": _known_text(told, number)}
             for number in told.in_flight
         ]
         texts = [printing.text_of(data)]
         if told.in_flight and state != "running":
             texts.append(f"in flight: line {', '.join(map(str, told.in_flight))}")
+            texts += (f"line {one}: {told.found[one][1]}" for one in told.in_flight
+                      if one in told.found)  # fmt: skip
         if told.last.get("event") == "stopped":
             texts.append(f"stopped: {told.last['why']}")
         return Result(data, "\n".join(texts), NEGATIVE if state == "broken" else FINE)
+
+
+def _known_text(told: Any, number: int) -> str:
+    """Return what boards have said of a line in flight at a resume, if they have."""
+    return str(told.found[number][1]) if number in told.found else "queued, not confirmed"
 
 
 @operation("job pause")
