@@ -18,7 +18,7 @@ def kept(rms_ticks):
 
 @pytest.mark.parametrize(
     ("jitter_ticks", "rms_ticks", "fine"),
-    [(0.24, 0.30, True), (0.24, 0.45, False), (80, 79, True), (80, 81, False)],
+    [(0.24, 0.45, True), (0.24, 0.50, False), (80, 79, True), (80, 81, False)],
 )
 def test_rounding_to_ticks_is_no_jitter_let_through(jitter_ticks, rms_ticks, fine):
     job = SimpleNamespace(

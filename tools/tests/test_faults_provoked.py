@@ -75,7 +75,7 @@ def test_decoder_late(board, rate, axes):
 # The clock's edges come with the last steps before the ring runs dry, and are looked at late.
 @pytest.mark.provokes("decoder_late")
 @pytest.mark.parametrize(
-    ("hz", "count"), [(2100, 120), (2050, 118), (1200, 120), (2100, 100), (3000, 60), (5000, 40)]
+    ("hz", "count"), [(2100, 120), (2050, 118), (1250, 120), (2100, 100), (3000, 60), (5000, 40)]
 )
 def test_decoder_late_beside_an_edge_of_the_clock(hz, count):
     with FaultBench("uno", range(1), hz) as bench:

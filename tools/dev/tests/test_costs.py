@@ -17,7 +17,7 @@ def test_the_table_fits_the_image(board):
 
 
 @pytest.mark.parametrize(
-    ("name", "more"), [("step_isr", 20), ("even_px", 500), ("edge", 2000), ("low", 0.2)]
+    ("name", "more"), [("step_isr", 20), ("even_px", 500), ("edge", 2000), ("low", 0.4)]
 )
 def test_a_costlier_image_is_told_and_guaranteed_less(monkeypatch, name, more):
     known = costs.of("mega")

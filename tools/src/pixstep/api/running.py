@@ -174,7 +174,8 @@ def check(
 ) -> CheckResult:
     """Check a line by the limits that a board has now; `axes` move together."""
     known = settings.of_clock(given.sync(clock.sync), given.divider(clock.divider))
-    bounds = capability.connected_limits(device, line.pixel_hz, given.axes(axes, None), known)
+    axes = given.axes(axes, None)
+    bounds = capability.connected_limits(device, line.pixel_hz, axes, known)
     found = line.check_by(bounds.of(line.line), device.who().board)
     world = guarantee.of_board(device, bounds.pixel_hz, known) if guaranteed else None
     return found.with_guarantee(line.line, axes, world) if world else found
