@@ -149,6 +149,16 @@ def tried(count):
     )
 
 
+def test_a_put_that_waits_behind_a_refused_jog_ends():
+    """A limit refuses both: nobody waits for ever."""
+    trial = Trial({"MRES": 0.01, "VELO": 5, "RTRY": 0}, None)
+    puts = [("VAL", -4.0), ("JOGF", 1), ("DHLM", -4.0), ("SPMG", 0)]
+    later = [("VAL", -4.0), ("SPMG", 3)]
+    for one in (*puts, None, *later, None):
+        trial.operate(("put", *one) if one else ("settle",))
+    assert trial.bench.record["DMOV"] == 1 and trial.bench.record["LVIO"] == 1
+
+
 @tried(cases(60, 26_000))
 @given(
     fields=started,

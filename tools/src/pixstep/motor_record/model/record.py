@@ -114,7 +114,10 @@ class MotorRecord:
         if v.mip != Mip.JOG_REQ or not v.lvio:
             return None
         v.mip = Mip.DONE
-        self._r.journal.post_changes()
+        if v.dmov:
+            self._r.journal.post_changes()
+        else:  # what was asked for before is made now, or refused
+            process(self._r)
         return self._outcome()
 
     def values(self) -> dict[str, Value]:
