@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What boards are guaranteed, for the tables that show it beside the highest clean figures."""
 
+from collections.abc import Mapping
 from fractions import Fraction
 
 from pixstep.board import capability, guarantee
@@ -11,11 +12,17 @@ _MOTIONS = {"ramp and hold": "ramp"}  # of the bench, where `limits` has another
 
 def rate(board: str, axes: int, motion: str, hz: Fraction) -> int:
     """Return the rate that is guaranteed on each of so many axes, steps/s: that of `limits`."""
-    motion = _MOTIONS.get(motion, motion)
-    able = capability.of(board, hz, axes=axes)
+    return int(steps(board, axes, _MOTIONS.get(motion, motion), hz) * hz)
+
+
+def steps(
+    board: str, axes: int, motion: str, hz: Fraction, clock: Mapping[str, int] | None = None
+) -> int:
+    """Return what is guaranteed on each of so many axes, steps a pixel; `clock`: its settings."""
+    able = capability.of(board, hz, axes=axes, clock=clock)
     kind = capability.PLAIN if motion == "constant" else capability.SMOOTH
-    world = guarantee.world(board, hz)
-    return int(guarantee.rate(motion, axes, world, able.top_speed(kind)) * hz)
+    world = guarantee.world(board, hz, clock)
+    return guarantee.rate(motion, axes, world, able.top_speed(kind))
 
 
 def clock(board: str, axes: int, motion: str, steps: int, most_hz: int) -> int:

@@ -233,10 +233,12 @@ static double spare_ticks(struct loop *r, const struct axis *a)
     }
     double lasts = (part->end - part->begin) / part->steps;
     double takes = slower * a->next.cycles / part->steps;
-    double least = lasts * BEGUN_MOST;
+    double most = lasts * BEGUN_MOST;
 
-    return fmax(spare,
-                lasts > takes ? fmin(begin * lasts / (lasts - takes), least) : least);
+    if (lasts > takes) {
+        most = fmin(begin * lasts / (lasts - takes), most);
+    }
+    return fmax(spare, most);
 }
 
 // What is written now must be there before the interrupt begins the last period of what stands in

@@ -10,12 +10,13 @@ from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from pathlib import Path
 
-from pixstep.board import boards, capability, guarantee
-from pixstep.board.capability import PLAIN, SMOOTH
+from pixstep.board import boards, guarantee
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.job import LOCK, START, LineExperiment, run_job
+from pixstep_dev import guaranteed
 
 CLOCKS_HZ = (30, 100, 300, 1000, 2000)
 MOST_PPM = 900
@@ -32,14 +33,11 @@ class RatedLine:
     motion: str
     hz: int
 
-    @property
+    @cached_property
     def steps(self) -> int:
         """What is guaranteed, steps a pixel; 0: nothing."""
         clock = {"sync": 2 if self.sync == LOCK else 1, "divider": 1}
-        able = capability.of(self.board, Fraction(self.hz), axes=self.axes, clock=clock)
-        most = able.top_speed(PLAIN if self.motion == "constant" else SMOOTH)
-        world = guarantee.world(self.board, Fraction(self.hz), clock)
-        found = guarantee.rate(self.motion, self.axes, world, most)
+        found = guaranteed.steps(self.board, self.axes, self.motion, Fraction(self.hz), clock)
         return found if self.motion == "constant" else found // 2 * 2
 
     def run(self, phase: int, phases: int) -> str:

@@ -104,7 +104,7 @@ class Launching:
         self._known, self._starting = known, starting
         self.left = False
         """Whether a part of a line that this drive has queued is there and will not run."""
-        self._estop_seen = False
+        self._estop_seen = False  # whether a person has spoken since the stop was released
 
     def begin(self, motion: DrivenMotion, wanted: WantedSpeeds) -> Steps:
         """Begin a motion; `wanted` are the speeds of a homing."""
@@ -185,17 +185,18 @@ class Launching:
     def _estop_latched(self) -> bool:
         return bool(self._known.look and self._known.look.fault == _ESTOP)
 
+    @property
+    def _estop_released(self) -> bool:
+        look = self._known.look
+        return self._estop_latched and not (look and look.estop)
+
     def position_is_set(self) -> None:
         """Take that a person has said where the motor is, perhaps after an emergency stop."""
-        self._estop_seen = self._estop_latched and not self._estop_pressed
+        self._estop_seen = self._estop_released
 
     def looked(self) -> None:
         """Take a look of the board: what was said before the stop is pressed counts no more."""
-        self._estop_seen = self._estop_seen and self._estop_latched and not self._estop_pressed
-
-    @property
-    def _estop_pressed(self) -> bool:
-        return bool(self._known.look and self._known.look.estop)
+        self._estop_seen = self._estop_seen and self._estop_released
 
     def _clear(self) -> Steps:
         """Clear a fault, or discard a part of a line that will not run."""
