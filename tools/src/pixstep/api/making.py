@@ -190,8 +190,7 @@ def line_from_positions(
 
 def _play_notes(line: Line, motor: Motor | None) -> tuple[str, ...]:
     """Say that a plain line which turns leaves the load behind by the motor's play."""
-    turns = min(line.counts) < 0 < max(line.counts)
-    if line.decode != PLAIN or not turns or motor is None or not motor.backlash_steps:
+    if line.decode != PLAIN or not line.turns or motor is None or not motor.backlash_steps:
         return ()
     return (
         f"the play of {motor.backlash_steps} steps is not taken up where the line turns, and the "

@@ -141,7 +141,7 @@ def verdicts(lines: Sequence[Line], world: LineConditions) -> Iterator[ReplayVer
     """
     streamed = [line for line in lines if _size(line) > _room(world)]
     found = costs.of_replay(
-        world.board, streamed=bool(streamed), turning=any(map(_turns, streamed))
+        world.board, streamed=bool(streamed), turning=any(line.turns for line in streamed)
     )
     replay = Replay(lines)
     for margin in _margins(world):
@@ -188,10 +188,6 @@ def _starved(lines: Sequence[Line], world: LineConditions) -> ReplayVerdict | No
     axis = more.index(max(more))
     pixel = lines[axis].pixels * room // sizes[axis] + 1
     return ReplayVerdict(False, axis, pixel, 0.0, 0.0, 0.0)
-
-
-def _turns(line: Line) -> bool:
-    return min(line.counts) < 0 < max(line.counts)
 
 
 def _room(world: LineConditions) -> int:

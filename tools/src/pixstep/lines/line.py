@@ -66,6 +66,11 @@ class Line:
         return sum(abs(count) for count in self.counts) + self.backlash
 
     @property
+    def turns(self) -> bool:
+        """True if the counts go both ways, as those of a plain line may."""
+        return min(self.counts) < 0 < max(self.counts)
+
+    @property
     def direction(self) -> int:
         """+1, or -1 for a smooth line that runs in the negative direction."""
         return -1 if self.negative else 1
