@@ -24,7 +24,7 @@ _CURVES_PX = 18
 _STREAM_S = 1.0  # of counts that a host sends while the board moves
 _OWN_PX = {"uno": 20, "mega": 56, "m1284": 56}  # a count of their own, so that the queue holds them
 DIVIDERS = (1, 1, 1, 2, 3, 8)
-_JITTER = 0.005  # of a period: more of it is a clock that boards refuse, whatever they do
+_JITTER = 0.005  # of an interval between edges: with more of it some edge is odd to a board
 SHARE = (0.4, 1.2)  # of the limit,
 BEYOND = 1 / 0.85  # which lies so far beyond what is guaranteed
 
@@ -177,7 +177,7 @@ def random_set(seed: str, board: str | None = None) -> LineSet:
     loaded = some.random() < 0.4 and not (shape.streamed and kind in _OWN)
     top = min(most, limit * BEYOND) if limit else most * 0.5
     steps = max(1, min(most, round(some.uniform(*SHARE) * top)))
-    jitter_us = some.choice((0.0, 0.0, some.uniform(0, min(3, _JITTER * 1e6 / hz))))
+    jitter_us = some.choice((0.0, 0.0, some.uniform(0, min(3, _JITTER * 1e6 / (hz * divider)))))
     return LineSet(
         board, kind, hz, sync, shape, steps, limit,
         some.uniform(-900, 900), jitter_us,
