@@ -117,6 +117,20 @@ static bool edge_of_grid(uint16_t *pixel)
     clock_watch_note(&edge_watch, lock_grid_now()->filter.error_ticks);
     return passes;
 }
+
+static inline bool edge_of_pixel(bool locks, uint32_t edge_ticks, uint16_t *pixel)
+{
+    return locks ? edge_of_grid(pixel)
+                 : clock_watch_edge(&edge_watch, &clock_period, edge_ticks, pixel);
+}
+#else
+static inline bool edge_of_pixel(bool locks, uint32_t edge_ticks, uint16_t *pixel)
+{
+    (void)locks;
+    (void)edge_ticks;
+    (void)pixel;
+    return false;
+}
 #endif
 
 bool reference_present(void)
@@ -133,8 +147,10 @@ static inline bool too_many(void)
 #else
 static inline bool too_many(void)
 {
-    return pixel_clock_waiting() ||
-           (place_edges >= FAST_EDGES && axes_get(0)->life.state == AXIS_RUNNING);
+    if (pixel_clock_waiting()) {
+        return true;
+    }
+    return place_edges >= FAST_EDGES && axes_get(0)->life.state == AXIS_RUNNING;
 }
 #endif
 
@@ -154,14 +170,14 @@ static inline bool measure(bool locks, uint32_t edge_ticks)
 {
     struct clock_filter *filter = &lock_grid_now()->filter;
 
-    if (!locks && too_many()) {
-        clock_filter_restart(filter);
-        return true;
+    if (locks || !too_many()) {
+        return clock_filter_edge(filter, edge_ticks);
     }
-    return clock_filter_edge(filter, edge_ticks);
+    clock_filter_restart(filter);
+    return true;
 }
 
-bool reference_edge(uint32_t edge_ticks, uint16_t *pixel)
+enum edge_kind reference_edge(uint32_t edge_ticks, uint16_t *pixel)
 {
     const struct lock_grid *grid = lock_grid_now();
 
@@ -170,16 +186,10 @@ bool reference_edge(uint32_t edge_ticks, uint16_t *pixel)
         clock_watch_interval(&edge_watch, clock_period.whole_ticks, edge_ticks);
     }
     if (!measure(grid->locks, edge_ticks) && grid->locks) {
-        return false;
+        return EDGE_FALSE;
     }
     restart_time_out(grid->locks);
-#if FEATURE_CLOCK_STATISTICS
-    return grid->locks ? edge_of_grid(pixel)
-                       : clock_watch_edge(&edge_watch, &clock_period, edge_ticks, pixel);
-#else
-    (void)pixel;
-    return false;
-#endif
+    return edge_of_pixel(grid->locks, edge_ticks, pixel) ? EDGE_OF_PIXEL : EDGE_COUNTED;
 }
 
 uint16_t reference_number(void)

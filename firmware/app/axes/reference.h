@@ -35,11 +35,20 @@ const struct clock_watch *reference_watch(void);
 // True when the time of the newest edge is known and the clock does not rest.
 bool reference_present(void);
 
-// An edge came at edge_ticks (ticks since the timers started). Returns true when the edge is a
-// pixel edge of the reference line, or of the locked lines' grid; *pixel is then its number. With
-// lines that are locked to the clock a glitch changes nothing but the counters. Edges come in the
-// order of time, each of them once.
-bool reference_edge(uint32_t edge_ticks, uint16_t *pixel);
+// What an edge of the clock is to the lines.
+enum edge_kind {
+    // No edge of the clock that lines are locked to: a glitch.
+    EDGE_FALSE,
+    // An edge of the clock.
+    EDGE_COUNTED,
+    // A pixel edge of the reference line, or of the locked lines' grid.
+    EDGE_OF_PIXEL,
+};
+
+// An edge came at edge_ticks (ticks since the timers started). A false one changes nothing but the
+// counters; reference_number() counts the others. *pixel is the number of an EDGE_OF_PIXEL. Edges
+// come in the order of time, each of them once.
+enum edge_kind reference_edge(uint32_t edge_ticks, uint16_t *pixel);
 
 // The number of the newest clock edge; it wraps. With lines that are locked to the clock it counts
 // edges that were bridged and leaves false ones out; else it counts what came, lost edges included.

@@ -117,44 +117,48 @@ static void clock_fault(enum fault code, uint16_t argument)
     faults_latch(code, axis, argument);
 }
 
-#if SEVERAL_AXES
-// The fault of an edge, latched behind it: what placed the edge is off the stack then.
-static enum fault edge_fault;
-static uint16_t edge_argument;
+// A captured edge on its way (clock_edges.h). Its fault is latched last, when all that placed the
+// edge is off the stack.
+struct clock_edge {
+    // When it came, ticks since the timers started.
+    uint32_t ticks;
+    // What is wrong with it, or FAULT_none.
+    enum fault fault;
+    // Whether it is one of the clock's, and of a pixel.
+    enum edge_kind kind;
+    // A line needs the clock.
+    bool needed;
+    // The clock is gated, no line needs it, and the edge ends a rest.
+    bool first;
+};
 
-static inline void note_fault(enum fault code, uint16_t argument)
+// Edges to come until one is surely next to the one before it: lost edges were lost behind those
+// that waited then.
+static uint8_t unsure_edges;
+
+// Edges were lost shortly before, so that this edge's distance is no fault of the clock.
+static inline bool after_loss(void)
 {
-    edge_fault = code;
-    edge_argument = argument;
+    return unsure_edges != 0;
 }
 
-static inline bool fault_noted(void)
+// The argument of a fault that an edge has.
+static inline uint16_t evidence_of(enum fault fault)
 {
-    return edge_fault != FAULT_none;
-}
+    const struct clock_filter *filter = &lock_grid_now()->filter;
 
-static inline void latch_noted(void)
-{
-    if (fault_noted()) {
-        clock_fault(edge_fault, edge_argument);
-        edge_fault = FAULT_none;
+    BY_POINTER_SMALL(filter);
+    if (fault == FAULT_clock_drifted) {
+        return (uint16_t)(filter->period.ticks >> 8);
     }
+    if (fault == FAULT_clock_hold_over) {
+        return filter->hold_over;
+    }
+    if (FEATURE_GATE && fault == FAULT_clock_edge_lost) {
+        return 1;
+    }
+    return reference_watch()->odd;
 }
-#else
-static inline void note_fault(enum fault code, uint16_t argument)
-{
-    clock_fault(code, argument);
-}
-
-static inline bool fault_noted(void)
-{
-    return false;
-}
-
-static inline void latch_noted(void)
-{
-}
-#endif
 
 // A false edge begins the rest again. Behind a burst's first edge any odd distance shows that one
 // of the first edges may be false.
@@ -168,70 +172,60 @@ static inline bool phase_is_doubtful(uint8_t fresh)
 // unsettled the filter. A clock that has rested has lost its phase, which no line that has its
 // place survives; for others a false edge among the first ones makes it doubtful which edge is
 // which.
-static inline void judge_lock(const struct lock_grid *grid)
+static inline enum fault judge_lock(void)
 {
-    uint8_t fresh = grid->filter.fresh;
+    uint8_t fresh = lock_grid_now()->filter.fresh;
 
     if (!reference_settled()) {
         mark_disturb();
-        note_fault(FAULT_pixel_clock_off, reference_watch()->odd);
-    } else if (fresh != 0) {
-        if (fresh == CLOCK_FILTER_RESTS) {
-            mark_disturb();
-        }
-        if (line_begun()) {
-            note_fault(FAULT_clock_hold_over, grid->filter.hold_over);
-        } else if (token_edge_named() && phase_is_doubtful(fresh)) {
-            note_fault(FAULT_pixel_clock_off, reference_watch()->odd);
-        }
-    } else if (!lock_grid_tolerates()) {
-        note_fault(FAULT_clock_drifted, (uint16_t)(grid->filter.period.ticks >> 8));
+        return FAULT_pixel_clock_off;
     }
-}
-
-// Compare the newest edge's distance, or the period of a lock, with what the lines allow.
-static inline void judge_edge(bool after_loss)
-{
-    const struct lock_grid *grid = lock_grid_now();
-
-    if (grid->locks) {
-        judge_lock(grid);
-        return;
+    if (fresh == 0) {
+        return lock_grid_tolerates() ? FAULT_none : FAULT_clock_drifted;
     }
-    uint16_t odd = reference_watch()->odd;
-
-    if (after_loss || odd != 0) {
+    if (fresh == CLOCK_FILTER_RESTS) {
         mark_disturb();
     }
-    if (!after_loss && odd != 0) {
-        note_fault(FAULT_pixel_clock_off, odd);
+    if (line_begun()) {
+        return FAULT_clock_hold_over;
     }
+    return token_edge_named() && phase_is_doubtful(fresh) ? FAULT_pixel_clock_off
+                                                          : FAULT_none;
 }
 
-// The newest edge is the first one of a burst, or may be, which is a fault of the lines that wait.
-// What `go` has named stays, and what waits for `go` has no line zero yet.
-static void begin_burst(enum fault code, uint16_t argument)
+// Compare the edge's distance from the one before with what the lines allow.
+static inline enum fault judge_distance(void)
+{
+    if (!after_loss() && reference_watch()->odd == 0) {
+        return FAULT_none;
+    }
+    mark_disturb();
+    return after_loss() ? FAULT_none : FAULT_pixel_clock_off;
+}
+
+// The edge is the first one of a burst, or may be, which is a fault of the lines that wait. What
+// `go` has named stays, and what waits for `go` has no line zero yet.
+static inline enum fault begin_burst(enum fault fault)
 {
     if (!token_held() && !(token_edge_named() && start_any_waits())) {
         gate_name_zero();
     }
-    if (code != FAULT_none) {
+    if (fault != FAULT_none) {
         mark_disturb();
-        note_fault(code, argument);
     }
+    return fault;
 }
 
-// Judge the edge that was taken. first: of a burst. needed: by a line; else a rest is none of its
-// faults.
-static inline void judge_taken(bool first, bool needed, bool after_loss)
+// Judge an edge as the first one of a burst, by its lock, or by its distance.
+static inline enum fault judge(const struct clock_edge *edge)
 {
-    if (first) {
-        begin_burst(after_loss ? FAULT_clock_edge_lost : FAULT_none, 1);
-    } else if (!needed && gate_edge_is_early()) {
-        begin_burst(FAULT_pixel_clock_off, reference_watch()->odd);
-    } else {
-        judge_edge(after_loss);
+    if (edge->first) {
+        return begin_burst(after_loss() ? FAULT_clock_edge_lost : FAULT_none);
     }
+    if (!edge->needed && gate_edge_is_early()) {
+        return begin_burst(FAULT_pixel_clock_off);
+    }
+    return lock_grid_now()->locks ? judge_lock() : judge_distance();
 }
 
 // The edge cannot be placed if a command has brought the account past it meanwhile, or if the
@@ -243,51 +237,63 @@ static inline bool is_unplaced(const struct axis *axis,
            (CONFIG_AXES > 1 && seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS));
 }
 
-static inline void drop_edge(void)
+static inline enum fault drop(void)
 {
     mark_disturb();
     reference_edge_dropped();
-    if (gate_on() && gate_begins_unplaced() && first_clocked() == NO_AXIS) {
-        begin_burst(FAULT_clock_edge_lost, 1);
-    }
+    return gate_on() && gate_begins_unplaced() && first_clocked() == NO_AXIS
+               ? begin_burst(FAULT_clock_edge_lost)
+               : FAULT_none;
 }
 
-// True when lines may start on an edge; `number` is that before it. A false edge starts nothing.
-// Line zero is counted from the newest edge: an older one may be too long ago.
-static inline bool may_start(uint16_t number)
+// Place an edge in the account of the clock's axis.
+static inline void place(struct clock_edge *edge,
+                         struct axis *axis,
+                         const struct pixel_capture *capture)
 {
-    return reference_number() != number && !pixel_clock_waiting() && !fault_noted();
+    edge->ticks = ledger_advance_to_capture(&axis->ledger,
+                                            &axis->feed.stream,
+                                            &capture->sample,
+                                            capture->back,
+                                            capture->ticks) -
+                  PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
+    edge->needed = !gate_on() || first_clocked() != NO_AXIS;
+    edge->first = !edge->needed && gate_begins(edge->ticks);
 }
 
-// Take a captured clock edge. after_loss: edges were lost, so that its distance from the one before
-// is no fault of the clock.
-static void take_edge(const struct pixel_capture *capture, bool after_loss)
+// Count an edge that was placed, and note its error in the records.
+static inline void note(struct clock_edge *edge)
 {
-    struct axis *axis = axes_get(CONFIG_PIXEL_CLOCK_AXIS);
     uint16_t pixel = 0;
 
-    if (is_unplaced(axis, capture)) {
-        drop_edge();
-        return;
-    }
-    uint32_t edge_ticks = ledger_advance_to_capture(&axis->ledger,
-                                                    &axis->feed.stream,
-                                                    &capture->sample,
-                                                    capture->back,
-                                                    capture->ticks) -
-                          PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
-    // Nearly always none waits; with a single axis to ask costs more flash than it saves time.
-    bool any_waits = !SEVERAL_AXES || start_any_waits();
-    uint16_t number = any_waits ? reference_number() : 0;
-    bool needed = !gate_on() || first_clocked() != NO_AXIS;
-    bool first = !needed && gate_begins(edge_ticks);
-
-    if (reference_edge(edge_ticks, &pixel)) {
+    edge->kind = reference_edge(edge->ticks, &pixel);
+    if (edge->kind == EDGE_OF_PIXEL) {
         note_edge_error(pixel);
     }
-    judge_taken(first, needed, after_loss);
-    if (any_waits && may_start(number)) {
-        start_on_edge(edge_ticks);
+}
+
+// True when lines may start on this edge. Line zero is counted from the newest edge: an older one
+// may be too long ago.
+static inline bool may_start(const struct clock_edge *edge)
+{
+    return edge->kind != EDGE_FALSE && edge->fault == FAULT_none &&
+           !pixel_clock_waiting();
+}
+
+// Take a captured clock edge as far as its fault, if it has one.
+static void take_edge(struct clock_edge *edge, const struct pixel_capture *capture)
+{
+    struct axis *axis = axes_get(CONFIG_PIXEL_CLOCK_AXIS);
+
+    if (is_unplaced(axis, capture)) {
+        edge->fault = drop();
+        return;
+    }
+    place(edge, axis, capture);
+    note(edge);
+    edge->fault = judge(edge);
+    if (start_any_waits() && may_start(edge)) {
+        start_on_edge(edge->ticks);
     }
 }
 
@@ -322,10 +328,6 @@ static uint8_t sum_of(uint8_t lost, uint8_t more)
     return more > UINT8_MAX - lost ? UINT8_MAX : (uint8_t)(lost + more);
 }
 
-// Edges to come until one is surely next to the one before it: lost edges were lost behind those
-// that waited then.
-static uint8_t unsure_edges;
-
 // Add the edges that were lost behind those that waited.
 static inline uint8_t add_lost(uint8_t lost)
 {
@@ -340,11 +342,17 @@ static inline uint8_t add_lost(uint8_t lost)
     return sum_of(lost, lost_now);
 }
 
+// Take one edge, and latch its fault.
 static inline void take_this(const struct pixel_capture *capture)
 {
-    take_edge(capture, unsure_edges != 0);
+    struct clock_edge edge;
+
+    take_edge(&edge, capture);
     if (unsure_edges != 0) {
         unsure_edges--;
+    }
+    if (edge.fault != FAULT_none) {
+        clock_fault(edge.fault, evidence_of(edge.fault));
     }
 }
 
@@ -357,7 +365,6 @@ static inline uint8_t take_waiting(void)
     for (uint8_t left = EDGES_A_ROUND; left != 0 && pixel_clock_take(&capture); left--) {
         lost = add_lost(lost);
         take_this(&capture);
-        latch_noted();
     }
     return lost;
 }

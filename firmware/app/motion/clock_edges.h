@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Edges of the pixel clock. Each edge gets its time, is compared with the plan of the running line,
-// and starts armed axes. An edge that is lost, mistimed or missing is a fault of the axes that need
-// the clock. Main loop only.
+// Edges of the pixel clock. Every captured edge goes one way, with one axis and with several. An
+// edge that is lost, mistimed or missing is a fault of the axes that need the clock. Main loop only.
 //
-//     captured edge --> time, by the account --> reference.h --> records of the axes
-//                                                     |
-//                                                     +-------> start.h: armed axes
+//     captured --> placed --> noted --------> judged ---------> starts lines --> its fault is
+//                  ledger.h   reference.h,    by its distance,  start.h          latched
+//                             records of      its lock or       (unless it has   faults.h
+//                             the axes        its burst         a fault)
 #pragma once
 
 #include <stdbool.h>

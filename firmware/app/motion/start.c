@@ -281,9 +281,6 @@ void start_on_edge(uint32_t edge_ticks)
 {
     uint16_t edges = reference_place_edges();
 
-    if (!start_any_waits()) {
-        return;
-    }
     if (token_edge_named()) {
         uint16_t ahead = (uint16_t)(token_edge() - reference_number());
 
