@@ -15,7 +15,6 @@
 #include "avr/hal/step_isr.h"      // struct step_engine
 #include "avr/hal/uart_place.h"    // struct uart_place
 #include "build_features.h"        // SEVERAL_AXES, FEATURE_CLOCK_STATISTICS
-#include "clock/lock_grid.h"       // struct lock_grid
 #include "clock/pixel_period.h"    // struct pixel_period
 #include "line/even_rate.h"        // struct even_rate
 #include "line/line.h"             // struct line
@@ -195,16 +194,6 @@ void layout_clock(void)
     OFFSET(PIXEL_PERIOD_DIVISOR, struct pixel_period, divisor);
     OFFSET(PIXEL_GRID_PERIOD, struct pixel_grid, period);
     OFFSET(PIXEL_GRID_SUM, struct pixel_grid, sum);
-
-    OFFSET(LINE_GRID_MODE, struct line_grid, mode);
-    OFFSET(LINE_GRID_EDGE, struct line_grid, edge);
-    OFFSET(LINE_GRID_EXACT_GRID, struct line_grid, exact);
-    OFFSET(LINE_GRID_REACHED, struct line_grid, reached.ticks);
-    LAYOUT(LINE_GRID_MODE_LOCKED, LINE_GRID_LOCKED);
-    OFFSET(LOCK_GRID_NEWEST, struct lock_grid, newest);
-    OFFSET(LOCK_GRID_SLACK, struct lock_grid, slack_ticks);
-    OFFSET(LOCK_GRID_WHOLE, struct lock_grid, pixel.whole_ticks);
-    OFFSET(LOCK_GRID_TIMES, struct lock_grid, times);
 }
 
 void layout_step_isr(void);

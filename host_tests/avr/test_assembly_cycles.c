@@ -12,7 +12,6 @@
 #include "base/divide.h"
 #include "base/multiply.h"
 #include "base/wide.h"
-#include "clock/lock_grid.h"
 #include "clock/pixel_period.h"
 #include "line/line.h"
 #include "ring/step_ring.h"
@@ -47,9 +46,6 @@ uint16_t curve_steep_root(uint32_t value);
 #define GRID_CYCLES  76u
 #define WHOLE_CYCLES 40u // where the period is a whole number of ticks
 #define PIXEL_CYCLES 241u
-// line_grid_advance() with the call: a locked pixel whose edge has its time, on several axes.
-#define LOCKED_CYCLES 99u
-#define BELOW_CYCLES  6u // more where it is shorter than nominal
 // Pixels whose records are not kept.
 #define PASSING_CYCLES 216u
 // Whole pixels of up to 24 steps in even_pixels_write().
@@ -72,7 +68,6 @@ typedef struct wide wide_function(struct wide a, uint16_t factor);
 typedef uint16_t root_function(uint32_t value);
 typedef uint32_t fit_function(struct curve_steep *steep, uint32_t ticks);
 typedef uint32_t grid_function(struct pixel_grid *grid);
-typedef uint32_t line_function(struct line_grid *grid);
 typedef void flat_function(struct curve_flat *flat, volatile uint8_t *low, uint8_t count);
 
 static struct step_ring ring;
@@ -389,40 +384,6 @@ static uint16_t grid_cycles(uint32_t remainder, uint32_t sum)
     return (uint16_t)(cycles - own + CALL_AND_RETURN);
 }
 
-#if SEVERAL_AXES
-MEASURING time_line(line_function *function, struct line_grid *grid)
-{
-    uint16_t start = now();
-
-    result = function(grid);
-    return (uint16_t)(now() - start);
-}
-
-// Of a pixel so many ticks long; nominal are 5,000, and 10 more or less are allowed.
-static uint16_t locked_cycles(uint32_t ticks)
-{
-    struct line_grid grid = {
-        .mode = LINE_GRID_LOCKED, .edge = 6, .reached.ticks = 0xFFFFFC00uL};
-    struct lock_grid *lock = lock_grid_now();
-    uint16_t own = time_line((line_function *)nothing, &grid);
-
-    *lock = (struct lock_grid){.newest = 7, .slack_ticks = 10, .pixel.whole_ticks = 5000};
-    lock->times[7] = grid.reached.ticks + ticks;
-    uint16_t cycles = time_line(line_grid_advance, &grid);
-    TEST_ASSERT_EQUAL_UINT32(ticks, result);
-    TEST_ASSERT_EQUAL_UINT32(lock->times[7], grid.reached.ticks);
-    TEST_ASSERT_EQUAL_UINT16(7, grid.edge);
-    return (uint16_t)(cycles - own + CALL_AND_RETURN);
-}
-
-static void locked_grids(void)
-{
-    TEST_ASSERT_EQUAL_UINT16(LOCKED_CYCLES, locked_cycles(5000));
-    TEST_ASSERT_EQUAL_UINT16(LOCKED_CYCLES, locked_cycles(5010));
-    TEST_ASSERT_EQUAL_UINT16(LOCKED_CYCLES + BELOW_CYCLES, locked_cycles(4990));
-}
-#endif
-
 static void grids(void)
 {
     TEST_ASSERT_EQUAL_UINT16(GRID_CYCLES, grid_cycles(2, 0));
@@ -578,9 +539,6 @@ int main(void)
     RUN_TEST(flat_moves);
     RUN_TEST(ring_sum);
     RUN_TEST(grids);
-#if SEVERAL_AXES
-    RUN_TEST(locked_grids);
-#endif
     RUN_TEST(pixels_accounted_for);
     RUN_TEST(pixels_that_pass);
     RUN_TEST(even_pixels);

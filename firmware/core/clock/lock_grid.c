@@ -12,7 +12,7 @@
 // the one edge that each line is ahead.
 #define WAITING_LEADS 4u
 
-struct lock_grid lock_grid;
+static struct lock_grid lock_grid;
 
 struct lock_grid *lock_grid_now(void)
 {
@@ -44,8 +44,18 @@ APART void lock_grid_tolerate(uint32_t tolerance_ticks)
     grid->slack_ticks = slack;
 }
 
-// The length of a locked pixel that would be so long. What the grid has moved is made up for within
-// the limits of a pixel: a line that was checked is never too fast.
+// True when a locked pixel may be so long.
+static inline bool may_last(uint32_t ticks)
+{
+    uint32_t off_ticks = ticks - lock_grid.pixel.whole_ticks;
+
+    if ((int32_t)off_ticks < 0) {
+        off_ticks = -off_ticks;
+    }
+    return off_ticks <= lock_grid.slack_ticks;
+}
+
+// The length of a locked pixel that would be so long.
 static uint32_t limited(uint32_t ticks)
 {
     uint32_t shortest_ticks = lock_grid_shortest(&lock_grid);
@@ -57,7 +67,10 @@ static uint32_t limited(uint32_t ticks)
     return ticks > longest_ticks ? longest_ticks : ticks;
 }
 
-uint32_t line_grid_limit(struct line_grid *grid, uint32_t ticks)
+// A pixel of `ticks` has brought the line to an edge of the clock: shift the edge for this line
+// until the pixel keeps to its limits. What is moved here is made up for later within the limits: a
+// line that was checked is never too fast. Returns the pixel's ticks afterwards.
+static APART_LARGE uint32_t shift_edge(struct line_grid *grid, uint32_t ticks)
 {
     uint32_t allowed_ticks = limited(ticks);
 
@@ -65,7 +78,8 @@ uint32_t line_grid_limit(struct line_grid *grid, uint32_t ticks)
     return allowed_ticks;
 }
 
-uint32_t line_grid_wait(struct line_grid *grid)
+// The line waits for line zero: go on by a pixel of the held period. Returns its ticks.
+static APART_LARGE uint32_t advance_waiting(struct line_grid *grid)
 {
     uint32_t before = grid->reached.ticks;
 
@@ -74,28 +88,41 @@ uint32_t line_grid_wait(struct line_grid *grid)
     return grid->reached.ticks - before;
 }
 
-#if !(defined(__AVR__) && SEVERAL_AXES)
-static uint32_t time_of(uint16_t number)
+// Predict pixel edges up to this one.
+static APART_LARGE void predict(uint16_t number)
 {
     while ((int16_t)(number - lock_grid.newest) > 0) {
         (void)lock_grid_next();
     }
+}
+
+// The time of a pixel edge, which is predicted now if nobody has asked for it before.
+static inline uint32_t time_of(uint16_t number)
+{
+    if (!SEVERAL_AXES || (int16_t)(number - lock_grid.newest) > 0) {
+        predict(number);
+    }
     return lock_grid.times[INDEX(number)];
+}
+
+static APART_LARGE uint32_t advance_locked(struct line_grid *grid)
+{
+    uint32_t before = grid->reached.ticks;
+
+    grid->reached.ticks = time_of(++grid->edge);
+    uint32_t ticks = grid->reached.ticks - before;
+
+    // The question is worth its flash where several axes ask it in each pixel.
+    return SEVERAL_AXES && may_last(ticks) ? ticks : shift_edge(grid, ticks);
 }
 
 uint32_t line_grid_advance(struct line_grid *grid)
 {
-    if (grid->mode != LINE_GRID_LOCKED) {
-        return grid->mode == LINE_GRID_EXACT ? pixel_grid_advance(&grid->exact)
-                                             : line_grid_wait(grid);
+    if (grid->mode == LINE_GRID_EXACT) {
+        return pixel_grid_advance(&grid->exact);
     }
-    grid->edge++;
-    uint32_t ticks = time_of(grid->edge) - grid->reached.ticks;
-
-    grid->reached.ticks += ticks;
-    return line_grid_limit(grid, ticks);
+    return grid->mode == LINE_GRID_LOCKED ? advance_locked(grid) : advance_waiting(grid);
 }
-#endif
 
 bool line_grid_early(const struct line_grid *grid, bool runs_ahead)
 {

@@ -103,8 +103,7 @@ struct line_grid {
     };
 };
 
-// The board's grid. Assembly names this object; C takes lock_grid_now().
-extern struct lock_grid lock_grid;
+// The board's grid.
 struct lock_grid *lock_grid_now(void);
 
 // The period of the clock may be tolerance_ticks longer or shorter than nominal. Sets the slack of
@@ -126,14 +125,6 @@ static inline bool line_grid_locked(const struct line_grid *grid)
 // Go to the next pixel edge. Returns the ticks from the one before. Of a locked line this gives the
 // edge its time, if no other line has: only when line_grid_early() is false.
 uint32_t line_grid_advance(struct line_grid *grid);
-
-// Two parts of line_grid_advance(), which is assembly on boards of several axes.
-//
-// A pixel of `ticks` has brought the line to an edge of the clock: shift the edge for this line
-// until the pixel keeps to its limits. Returns the pixel's ticks afterwards.
-uint32_t line_grid_limit(struct line_grid *grid, uint32_t ticks);
-// The line waits for line zero: go on by a pixel of the held period. Returns its ticks.
-uint32_t line_grid_wait(struct line_grid *grid);
 
 // True when the clock has not come near enough to the edge reached for the line to go on. A line
 // whose pieces run ahead of the pixels must go on a pixel earlier. Always false of an exact grid.
