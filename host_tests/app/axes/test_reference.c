@@ -247,6 +247,42 @@ static void a_lock_bridges_dropped_edges(void)
     TEST_ASSERT_FALSE(reference_present());
 }
 
+static enum edge_kind kind_of(uint32_t edge_ticks)
+{
+    uint16_t pixel = 0;
+
+    return reference_edge(edge_ticks, &pixel);
+}
+
+// Half a period behind the edge before; also where the edge before was missing, which the false
+// edge shows: then the number moves, and the edge is false all the same.
+static void a_lock_knows_false_edges(void)
+{
+    for (uint16_t missing = 0; missing <= 1; missing++) {
+        set_up_clock(SYNC_LOCK, 1000, 1);
+        uint32_t ticks = fake_now_ticks();
+        for (uint8_t edge = 0; edge < 200; edge++) {
+            ticks += whole_ticks;
+            TEST_ASSERT_NOT_EQUAL(EDGE_FALSE, kind_of(ticks));
+        }
+        TEST_ASSERT_TRUE(reference_settled());
+        uint16_t number = reference_number();
+        ticks += missing * whole_ticks;
+        TEST_ASSERT_EQUAL(EDGE_FALSE, kind_of(ticks + whole_ticks / 2u));
+        TEST_ASSERT_EQUAL_UINT16(number + missing, reference_number());
+        TEST_ASSERT_NOT_EQUAL(EDGE_FALSE, kind_of(ticks + whole_ticks));
+        TEST_ASSERT_EQUAL_UINT16(number + missing + 1u, reference_number());
+    }
+}
+
+static void without_a_lock_no_edge_is_false(void)
+{
+    set_up_clock(SYNC_START, 1000, 1);
+    TEST_ASSERT_NOT_EQUAL(EDGE_FALSE, kind_of(fake_now_ticks()));
+    TEST_ASSERT_NOT_EQUAL(EDGE_FALSE, kind_of(fake_now_ticks() + 5u * whole_ticks / 2u));
+    TEST_ASSERT_NOT_EQUAL(EDGE_FALSE, kind_of(fake_now_ticks() + 21u * whole_ticks / 8u));
+}
+
 static void a_line_is_followed_unless_it_is_locked(void)
 {
     for (uint16_t sync = SYNC_START; sync <= SYNC_LOCK; sync++) {
@@ -327,6 +363,8 @@ int main(void)
     RUN_TEST(lost_edges_are_counted);
     RUN_TEST(a_dropped_edge_counts_and_the_clock_is_forgotten);
     RUN_TEST(a_lock_bridges_dropped_edges);
+    RUN_TEST(a_lock_knows_false_edges);
+    RUN_TEST(without_a_lock_no_edge_is_false);
     RUN_TEST(a_line_is_followed_unless_it_is_locked);
     RUN_TEST(fast_edges_are_measured_where_there_is_time);
     RUN_TEST(an_edge_that_others_wait_behind_is_not_measured);

@@ -158,7 +158,7 @@ static void choose_grid(struct parts *p)
     line->edges.edge = small(6);
     if (line->edges.mode == LINE_GRID_WAITS) {
         line->edges.reached = (struct fine_ticks){.ticks = chance()};
-        lock_grid.waiting = (struct fine_ticks){.ticks = about(p->period.whole_ticks)};
+        lock_grid_now()->waiting = (struct fine_ticks){.ticks = about(p->period.whole_ticks)};
     }
     line->edge_open = !once_in(4);
     line->to_edge_ticks = 0;
@@ -313,7 +313,7 @@ static void write_pixels(void)
 
 static void pixels_of_few_steps(void)
 {
-    lock_grid = (struct lock_grid){.lead_edges = 8, .divider = 1};
+    *lock_grid_now() = (struct lock_grid){.lead_edges = 8, .divider = 1};
     for (uint16_t i = 0; i < SCENES; i++) {
         choose_scene();
         for (uint8_t k = 0; k < CALLS; k++) {
