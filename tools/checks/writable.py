@@ -25,7 +25,6 @@ SHARED = {
     "step_isr_before_high": "the step interrupt's own (assembly)",
     "pixel_clock_edges": "the capture interrupt (assembly) and the main loop share it",
     "records_thinned": "the account of whole pixels (assembly) reads it",
-    "lock_grid": "the length of a locked line's pixel (assembly) is read from it",
     "clock_overflows": "handlers read the coarse clock (clock_units.h)",
     "uart_place": "the receive interrupt (assembly) and uart.c share it",
     "step_rings": "the step interrupt (assembly) and the main loop share it",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Edges of the pixel clock. Every captured edge goes one way, with one axis and with several. An
-// edge that is lost, mistimed or missing is a fault of the axes that need the clock. Main loop only.
+// edge that is lost, mistimed or missing is a fault of the axes that need the clock. Main loop
+// only.
 //
 //     captured --> placed --> noted --------> judged ---------> starts lines --> its fault is
 //                  ledger.h   reference.h,    by its distance,  start.h          latched

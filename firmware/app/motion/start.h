@@ -15,9 +15,9 @@
 #include "build_features.h" // FEATURE_CLOCK_STATISTICS
 #include "config.h"         // CONFIG_AXES
 
-// A pixel clock edge came at edge_ticks, and start_any_waits(). Armed axes that wait for an edge get
-// their line zero: the edge that `go` has named, once it is near; where none is named, a few edges
-// on, if all axes have filled their rings.
+// A pixel clock edge came at edge_ticks, and start_any_waits() is true. Armed axes that wait for an
+// edge get their line zero: the edge that `go` has named, once it is near; where none is named, a
+// few edges on, if all axes have filled their rings.
 void start_on_edge(uint32_t edge_ticks);
 
 // True when every axis that waits for a clock edge can begin: it is decoded ahead, its driver has

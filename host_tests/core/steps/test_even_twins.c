@@ -158,7 +158,8 @@ static void choose_grid(struct parts *p)
     line->edges.edge = small(6);
     if (line->edges.mode == LINE_GRID_WAITS) {
         line->edges.reached = (struct fine_ticks){.ticks = chance()};
-        lock_grid_now()->waiting = (struct fine_ticks){.ticks = about(p->period.whole_ticks)};
+        lock_grid_now()->waiting =
+            (struct fine_ticks){.ticks = about(p->period.whole_ticks)};
     }
     line->edge_open = !once_in(4);
     line->to_edge_ticks = 0;
