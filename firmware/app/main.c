@@ -11,16 +11,16 @@
 #include "hal/cpu.h"               // cpu_*
 #include "hal/pins.h"              // pins_start
 
-#if SEVERAL_AXES
-// In the middle of a request.
+// In the middle of a request. The decoder of a single axis finds nothing to do where the axis rests.
 void interlude(void)
 {
-    if (axes_first_moving() != NO_AXIS) {
+    if (!SEVERAL_AXES) {
+        round_poll_briefly();
+    } else if (axes_first_moving() != NO_AXIS) {
         round_poll_briefly();
         cpu_section(CPU_SECTION_SERIAL);
     }
 }
-#endif
 
 int main(void)
 {

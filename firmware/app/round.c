@@ -565,4 +565,10 @@ void round_poll_briefly(void)
     decode_some();
     brief = false;
 }
+#else
+void round_poll_briefly(void)
+{
+    clock_edges_poll();
+    decode_some();
+}
 #endif

@@ -16,9 +16,8 @@ void round_start(void);
 // One round: short, never waits. Call it again and again.
 void round_poll(void);
 
-#if SEVERAL_AXES
-// What cannot wait for the end of a request: edges of the clock, a start that is near, and rings
-// that run low. While what is decoded lasts for all axes, nothing more is done; else accounts are
-// advanced, and the decoder is called for two axes at most, those that run out first.
+// What cannot wait for the end of a request. With several axes: edges of the clock, a start that is
+// near, and rings that run low. While what is decoded lasts for all axes, nothing more is done; else
+// accounts are advanced, and the decoder is called for two axes at most, those that run out first.
+// With one axis: its decoder is called.
 void round_poll_briefly(void);
-#endif

@@ -80,5 +80,6 @@ uint8_t frame_rule(uint8_t function);
 uint16_t frame_length_by(const struct frame *frame, uint8_t rule);
 
 // Append the checksum to `length` bytes of the frame. Returns the length to send: `length` + 2. The
-// caller makes sure that both bytes fit. On boards of several axes a long frame brings interludes.
+// caller makes sure that both bytes fit. With one axis an interlude comes first, with several axes a
+// long frame brings interludes.
 uint16_t frame_seal(struct frame *frame, uint16_t length);
