@@ -14,9 +14,7 @@
 // In the middle of a request. The decoder of a single axis finds nothing to do where the axis rests.
 void interlude(void)
 {
-    if (!SEVERAL_AXES) {
-        round_poll_briefly();
-    } else if (axes_first_moving() != NO_AXIS) {
+    if (!SEVERAL_AXES || axes_first_moving() != NO_AXIS) {
         round_poll_briefly();
         cpu_section(CPU_SECTION_SERIAL);
     }

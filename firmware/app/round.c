@@ -568,6 +568,7 @@ void round_poll_briefly(void)
 #else
 void round_poll_briefly(void)
 {
+    cpu_section(CPU_SECTION_ROUND);
     clock_edges_poll();
     decode_some();
 }
