@@ -6,13 +6,14 @@
 #include "app/settings/settings.h" // settings_override_address
 #include "app/watch/safety.h"      // safety_start
 #include "app/watch/time_check.h"  // time_check_start
+#include "base/apart.h"            // APART
 #include "base/interlude.h"        // interlude
 #include "hal/clock.h"             // clock_start
 #include "hal/cpu.h"               // cpu_*
 #include "hal/pins.h"              // pins_start
 
 // In the middle of a request. The decoder of a single axis finds nothing to do where the axis rests.
-void interlude(void)
+APART void interlude(void)
 {
     if (!SEVERAL_AXES || axes_first_moving() != NO_AXIS) {
         round_poll_briefly();

@@ -53,9 +53,6 @@
 #define ADVANCE_ROUNDS  (CONFIG_AXES > 1 ? 8u : 4u)
 
 static uint8_t rounds; // counts rounds, for work that serves one axis after the other
-#if CONFIG_AXES > 1
-static bool brief; // the bus waits for this round
-#endif
 
 void round_start(void)
 {
@@ -260,8 +257,9 @@ static void poll_inputs(void)
     seek_poll();
 }
 
-// Decode for axis i. Returns what is left of the budget.
-static uint8_t decode_one(uint8_t i, uint8_t budget)
+// Decode for axis i. Returns what is left of the budget. as_it_stands: the account of a single axis,
+// which a request is reading.
+static inline uint8_t decode_one(uint8_t i, uint8_t budget, bool as_it_stands)
 {
     struct axis *axis = axes_get(i);
 
@@ -270,7 +268,7 @@ static uint8_t decode_one(uint8_t i, uint8_t budget)
         BY_POINTER(axis);
     }
     // An axis that waited for a train has one now: its account was advanced for that.
-    if (CONFIG_AXES == 1 || !axis_awaits_train(axis)) {
+    if (CONFIG_AXES == 1 ? !as_it_stands : !axis_awaits_train(axis)) {
         (void)axes_advance(i, LEDGER_BY_WAYPOINTS);
     }
 #if CONFIG_AXES > 1
@@ -285,10 +283,10 @@ static uint8_t decode_one(uint8_t i, uint8_t budget)
 }
 
 #if CONFIG_AXES == 1
-static void decode_in_turn(uint8_t at_once)
+static inline void decode_in_turn(uint8_t at_once, bool briefly)
 {
     if (!decode_is_ahead(axes_get(0))) {
-        (void)decode_one(0, at_once);
+        (void)decode_one(0, at_once, briefly);
     }
 }
 #else
@@ -421,8 +419,8 @@ static inline bool time_is_over(uint16_t since_units)
 // must wait after all is out, and so is one of a plain line that has come to wait: whole pixels are
 // decoded as far as there is room for them. One that waits for a train comes back when the train is
 // over. The clock's edges are taken in between: at kilohertz as many as can wait come in one such
-// round, and the accounts pass no pixel whose edge is not known yet.
-static void decode_in_turn(uint8_t at_once)
+// round, and the accounts pass no pixel whose edge is not known yet. briefly: the bus waits.
+static void decode_in_turn(uint8_t at_once, bool briefly)
 {
     uint16_t since_units = (uint16_t)clock_now_units();
     uint8_t out = 0;
@@ -430,7 +428,7 @@ static void decode_in_turn(uint8_t at_once)
     uint8_t left = at_once;
 
     do {
-        if (calls >= DECODE_CALLS_LEAST && (brief || line_data_waits())) {
+        if (calls >= DECODE_CALLS_LEAST && (briefly || line_data_waits())) {
             return;
         }
         clock_edges_poll();
@@ -439,7 +437,7 @@ static void decode_in_turn(uint8_t at_once)
         if (i == NO_AXIS || ends_before(axes_get(i), at_once)) {
             return;
         }
-        left = decode_one(i, at_once);
+        left = decode_one(i, at_once, false);
         if (is_out(axes_get(i), at_once, left)) {
             out |= bit_of(i);
         }
@@ -457,9 +455,10 @@ static bool starting(void)
     return CONFIG_AXES == 1 ? axes_get(0)->life.state != AXIS_RUNNING : start_near();
 }
 
-static APART void decode_some(void)
+// briefly: in the middle of a request.
+static APART void decode_some(bool briefly)
 {
-    decode_in_turn(starting() ? DECODE_AT_ONCE_STARTING : DECODE_AT_ONCE);
+    decode_in_turn(starting() ? DECODE_AT_ONCE_STARTING : DECODE_AT_ONCE, briefly);
 }
 
 // The axis of the pixel clock cannot be released while an edge waits. At kilohertz a round brings
@@ -511,7 +510,7 @@ static APART void look_after_axes(void)
 void round_poll(void)
 {
     look_after_axes();
-    decode_some();
+    decode_some(false);
     // Several axes take edges between two decodings (decode_in_turn()).
     if (CONFIG_AXES == 1) {
         clock_edges_poll();
@@ -561,15 +560,12 @@ void round_poll_briefly(void)
     if (!look_briefly()) {
         return;
     }
-    brief = true;
-    decode_some();
-    brief = false;
+    decode_some(true);
 }
 #else
 void round_poll_briefly(void)
 {
     cpu_section(CPU_SECTION_ROUND);
-    clock_edges_poll();
-    decode_some();
+    decode_some(true);
 }
 #endif

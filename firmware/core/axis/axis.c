@@ -227,6 +227,9 @@ static inline enum line_error check_some(struct line_check *check,
             (*whole_lines)++;
         }
         checked++;
+        if (!SEVERAL_AXES) {
+            interlude();
+        }
     }
     return LINE_none;
 }

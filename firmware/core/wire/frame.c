@@ -156,9 +156,6 @@ enum frame_status frame_look(struct frame *frame, bool ended, uint8_t address)
 
 uint16_t frame_seal(struct frame *frame, uint16_t length)
 {
-    if (!SEVERAL_AXES) {
-        interlude(); // half of what a long reply takes is over
-    }
     uint16_t crc = checksum(frame, length);
 
     frame->bytes[length] = (uint8_t)crc;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "wire/read_words.h"
 
+#include "base/interlude.h"   // interlude
 #include "build_features.h"   // SEVERAL_AXES
 #include "wire/bytes.h"       // put_word
 #include "wire/server_data.h" // data_*
@@ -19,6 +20,9 @@ uint8_t *read_words(uint8_t *to, uint16_t address, uint8_t count, bool inputs)
     while (count != 0) {
         uint8_t read = read_several(to, address, count, inputs);
         if (read == 0) {
+            if (!SEVERAL_AXES) {
+                interlude();
+            }
             put_word(to, inputs ? data_input(address) : data_holding(address));
             read = 1;
         }
