@@ -117,8 +117,8 @@ bool line_on_pixels(const struct line *line);
 
 // Number of steps of the next pixel, 1..255, if they are evenly spaced and in this direction; 0:
 // they are others, more than 255, or the source has no pixel by the quick way. May take the pixel's
-// segment from the source. With a result above 0 the pixel's speed becomes the line's, because the caller is about to
-// write the pixel.
+// segment from the source. With a result above 0 the pixel's speed becomes the line's, because the
+// caller is about to write the pixel.
 uint8_t line_even_steps(struct line *line, bool negative);
 
 // Number of steps of the next pixel if they are under acceleration; 0: they are not, no segment is

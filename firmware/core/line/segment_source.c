@@ -37,8 +37,8 @@ struct segment segment_source_begin(struct segment_source *source,
     return parameter;
 }
 
-// True when the segment in work has pixels left to make. speed: the line's, steps/pixel. A seek that has tripped leaves out pixels
-// at its speed until its slowdown begins.
+// True when the segment in work has pixels left to make. A seek that has tripped leaves out pixels
+// until its slowdown begins, the first one below `speed`, the line's.
 static bool has_pixels(struct segment_source *source, uint16_t speed)
 {
     if (source->segment.repeat == 0) {

@@ -3,7 +3,6 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "build_features.h" // FEATURE_*
 #include "line/segment_source.h"
 #include "unity.h"
 
@@ -132,7 +131,6 @@ static void parameter_is_given_to_the_line(void)
     TEST_ASSERT_EQUAL_UINT16(1000, parameter.repeat);
 }
 
-#if FEATURE_LINE_DIVIDER
 static void divider_is_passed(void)
 {
     queue_entry(LINE_MARK_START | LINE_START_DIVIDER, 0);
@@ -142,7 +140,6 @@ static void divider_is_passed(void)
     (void)segment_source_begin(&source, &queue);
     check_next(7, 1);
 }
-#endif
 
 static void line_s_own_flags_are_left_alone(void)
 {
@@ -421,9 +418,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(head_tells_how_segments_are_read);
     RUN_TEST(parameter_is_given_to_the_line);
-#if FEATURE_LINE_DIVIDER
     RUN_TEST(divider_is_passed);
-#endif
     RUN_TEST(line_s_own_flags_are_left_alone);
     RUN_TEST(segments_come_in_the_order_of_the_queue);
     RUN_TEST(segment_in_work_is_kept);
