@@ -333,6 +333,39 @@ static void trip_after_the_down_mark_changes_nothing(void)
     trips_after(11, 1, 0);
 }
 
+// Of a run on the way down no pixel is left out, though the next one is not slower.
+static void trip_after_the_down_mark_keeps_equal_pixels(void)
+{
+    static const int16_t rest[] = {4, 4, 1};
+
+    begin(SEEK);
+    queue_run(8, 1);
+    queue_entry(LINE_MARK_DOWN, 0);
+    queue_run(4, 3);
+    queue_run(1, 1);
+    queue_entry(LINE_MARK_END, 0);
+    take_pixels(2);
+    segment_source_trip(&source);
+    check_rest(rest, 3);
+}
+
+// A slower pixel before the down mark is not yet the slowdown.
+static void slower_pixel_before_the_down_mark_is_left_out(void)
+{
+    static const int16_t rest[] = {2};
+
+    begin(SEEK);
+    queue_run(8, 2);
+    queue_run(4, 1);
+    queue_run(8, 1);
+    queue_entry(LINE_MARK_DOWN, 0);
+    queue_run(2, 1);
+    queue_entry(LINE_MARK_END, 0);
+    take_pixels(1);
+    segment_source_trip(&source);
+    check_rest(rest, 1);
+}
+
 static void second_trip_changes_nothing(void)
 {
     static const int16_t rest[] = {2, 1};
@@ -433,6 +466,8 @@ int main(void)
     RUN_TEST(trip_on_the_way_up_leaves_out_to_the_slowdown);
     RUN_TEST(direction_does_not_matter);
     RUN_TEST(trip_after_the_down_mark_changes_nothing);
+    RUN_TEST(trip_after_the_down_mark_keeps_equal_pixels);
+    RUN_TEST(slower_pixel_before_the_down_mark_is_left_out);
     RUN_TEST(second_trip_changes_nothing);
     RUN_TEST(leaving_out_goes_on_after_a_dry_queue);
     RUN_TEST(smooth_seek_slows_down_from_any_speed);
