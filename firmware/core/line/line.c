@@ -191,7 +191,7 @@ _Static_assert((int)SEGMENTS_PIXELS == (int)LINE_PIECE &&
                "take_segment() gives one as the other");
 
 // Put a segment with pixels in work. LINE_PIECE: a piece can be made of it.
-static inline enum line_status take_segment(struct line *line)
+static APART_SMALL enum line_status take_segment(struct line *line)
 {
     return (enum line_status)segment_source_next(&line->source, line->speed);
 }
