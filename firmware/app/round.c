@@ -272,11 +272,11 @@ static inline uint8_t decode_one(uint8_t i, uint8_t budget, bool as_it_stands)
         (void)axes_advance(i, LEDGER_BY_WAYPOINTS);
     }
 #if CONFIG_AXES > 1
-    if (axis->line.smooth) { // of others nobody asks
+    if (axis->line.source.smooth) { // of others nobody asks
         axis->made_entries = (uint8_t)(step_timer_tail(i) - axis->feed.stream.retired);
     }
 #endif
-    cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
+    cpu_section(axis->line.source.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
     budget = decode_axis(axis, reference_pixel(), budget);
     cpu_section(CPU_SECTION_CALLER);
     return budget;
@@ -302,7 +302,8 @@ static inline bool account_lags(const struct axis *axis, uint8_t tail)
 // True when the decoder of a seek may go on: how far ahead it is, the account tells.
 static inline bool seek_may_go_on(const struct axis *axis, uint8_t tail)
 {
-    return axis->line.seek && tail != axis->feed.stream.retired;
+    return segment_source_ends_early(&axis->line.source) &&
+           tail != axis->feed.stream.retired;
 }
 
 // True when what the decoder of an axis waits for, a train, room or time, may be over by now: the
@@ -388,14 +389,14 @@ static APART bool must_end(uint8_t at_once)
 
 static inline bool ends_before(const struct axis *axis, uint8_t at_once)
 {
-    return axis->line.smooth && must_end(at_once);
+    return axis->line.source.smooth && must_end(at_once);
 }
 
 // Whether an axis has no part in what follows: it left all of what it was given, or a plain line
 // left some.
 static inline bool is_out(const struct axis *axis, uint8_t given, uint8_t left)
 {
-    return left == given || (left != 0 && !axis->line.smooth);
+    return left == given || (left != 0 && !axis->line.source.smooth);
 }
 
 // Those of the axes that are out whose train is not over meanwhile.

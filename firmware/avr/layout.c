@@ -36,7 +36,7 @@ _Static_assert(
     LINE_GRID_EXACT == 0 && LEDGER_NO_TRAIN == UINT8_MAX && WAYPOINT_PLACE == UINT8_MAX &&
         EVEN_PIXEL_WAITS == UINT8_MAX,
     "compared with a register of zeros, or found by one instruction that counts");
-_Static_assert(offsetof(struct line, queue) == 0 &&
+_Static_assert(offsetof(struct line, source.queue) == 0 &&
                    offsetof(struct kept_record, actual_steps) == 0 &&
                    offsetof(struct records_thinning, every) == 0,
                "reached without an offset");
@@ -48,8 +48,8 @@ _Static_assert(offsetof(struct curve_steep, at.step) ==
                    offsetof(struct step_ring, high) == STEP_RING_SLOTS,
                "reached from the place before");
 
-// A byte of bit-fields: the flags of a line, behind its segment.
-#define LINE_FLAGS (offsetof(struct line, segment) + sizeof(struct segment))
+// A byte of bit-fields: the flags of a line and its source, after the segment in work.
+#define LINE_FLAGS (offsetof(struct line, source.segment) + sizeof(struct segment))
 
 void layout_base(void);
 void layout_base(void)
@@ -128,8 +128,8 @@ void layout_stream(void)
 void layout_line(void);
 void layout_line(void)
 {
-    OFFSET(EVEN_PIXEL_COUNT, struct line, segment.count);
-    OFFSET(EVEN_PIXEL_REPEAT, struct line, segment.repeat);
+    OFFSET(EVEN_PIXEL_COUNT, struct line, source.segment.count);
+    OFFSET(EVEN_PIXEL_REPEAT, struct line, source.segment.repeat);
     LAYOUT(EVEN_PIXEL_FLAGS, LINE_FLAGS);
     OFFSET(EVEN_PIXEL_RATE, struct line, even);
     OFFSET(EVEN_PIXEL_CURVE_HALF, struct line, curve_half);

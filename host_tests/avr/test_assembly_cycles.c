@@ -462,8 +462,8 @@ MEASURING time_even(uint8_t count, uint8_t steps, uint8_t more_ticks, bool run)
     queue = (struct segment_queue){.out = {.bytes = bytes, .mask = 15, .last = steps},
                                    .head = run ? 0 : count};
     memset(bytes, SEGMENT_NEAR_ZERO, sizeof bytes);
-    line = (struct line){.queue = &queue, .edge_open = true};
-    line.segment = (struct segment){.count = steps, .repeat = run ? count : 0};
+    line = (struct line){.source = {.queue = &queue, .edge_open = true}};
+    line.source.segment = (struct segment){.count = steps, .repeat = run ? count : 0};
     line_grid_start_exact(&line.edges, &period);
     stream = (struct stream){.ring = &ring, .waypoint_head = 1};
     uint16_t start = now();

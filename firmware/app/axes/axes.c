@@ -154,7 +154,8 @@ bool axes_advance_at(uint8_t i, enum ledger_extent extent)
 
     // How far ahead a seek is decoded, the account tells: it must not wait for the waypoint that
     // comes with the next pixel.
-    if (CONFIG_AXES > 1 && axis->line.seek && stream_is_open(&axis->feed.stream)) {
+    if (CONFIG_AXES > 1 && segment_source_ends_early(&axis->line.source) &&
+        stream_is_open(&axis->feed.stream)) {
         extent = LEDGER_EXACTLY;
     }
     // Single periods are nearly all there is, and need no sample.

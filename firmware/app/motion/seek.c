@@ -123,7 +123,7 @@ static void judge_switch(void)
         if (seek.captured) {
             seek.trip_code = seek.opening ? TRIP_OPENED : TRIP_CLOSED;
         }
-        line_trip(&axes_get(seeking_axis())->line);
+        segment_source_trip(&axes_get(seeking_axis())->line.source);
     } else if (seek.captured && inputs_lasted(seek.captured_units) &&
                inputs_settled(seeking_axis())) {
         seek.captured = false; // a disturbance: the switch is as it was

@@ -455,7 +455,7 @@ static APART void begin_play(struct axis *axis, enum before before)
         unknown = before != BEFORE_ALL;
     }
     // Up to here it is what is taken up in the direction of the steps before.
-    if (line->negative == axis->feed.negative) {
+    if (line->source.negative == axis->feed.negative) {
         lacking = steps - lacking;
     }
     if (unknown) {
@@ -464,7 +464,7 @@ static APART void begin_play(struct axis *axis, enum before before)
     axis->play_unknown = unknown;
     line->backlash_steps = lacking;
     if (lacking == 0) {
-        line->shifted = false;
+        line->source.shifted = false;
     }
 }
 
@@ -476,7 +476,7 @@ static void axis_begin_line(struct axis *axis,
     axis->more = front_says_more(axis);
 #endif
     line_begin(&axis->line, period, &axis->queue);
-    if (FEATURE_BACKLASH && axis->line.shifted) {
+    if (FEATURE_BACKLASH && axis->line.source.shifted) {
         begin_play(axis, before);
     }
     axis->phase = DECODE_PIECE;
@@ -562,7 +562,7 @@ void axis_line_finished(struct axis *axis)
 // never follows another line and none follows it: its switch is watched from arming to rest.
 static bool line_chains(const struct axis *axis)
 {
-    return start_queued(axis) && !axis->line.seek &&
+    return start_queued(axis) && !segment_source_ends_early(&axis->line.source) &&
            (segment_queue_front_word(&axis->queue) &
             (LINE_START_WAIT | LINE_START_SEEK)) == 0;
 }

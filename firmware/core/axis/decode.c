@@ -75,7 +75,8 @@ APART_LARGE uint32_t decode_ahead_ticks(const struct axis *axis)
 static bool no_more_pieces(const struct axis *axis)
 {
     return stream_waypoints_full(&axis->feed.stream) || line_is_early(&axis->line) ||
-           (axis->line.seek && decode_ahead_ticks(axis) > SEEK_AHEAD_TICKS);
+           (segment_source_ends_early(&axis->line.source) &&
+            decode_ahead_ticks(axis) > SEEK_AHEAD_TICKS);
 }
 
 // Begin the next piece. False when nothing can be decoded now.
@@ -559,7 +560,7 @@ static inline bool decode_plain(struct axis *axis, uint8_t *budget)
 {
     struct stream *stream = &axis->feed.stream;
 
-    if (axis->line.smooth || !room_left(stream) || !at_whole_pixel(axis)) {
+    if (axis->line.source.smooth || !room_left(stream) || !at_whole_pixel(axis)) {
         return false;
     }
     forget_room(axis);

@@ -9,41 +9,23 @@
 // True until the backlash steps are made: the line's pieces run ahead of the pixel edges.
 static inline bool is_shifted(const struct line *line)
 {
-    return FEATURE_BACKLASH && line->shifted;
+    return FEATURE_BACKLASH && line->source.shifted;
 }
 
 APART_LARGE void line_begin(struct line *line,
                             const struct pixel_period *period,
                             struct segment_queue *queue)
 {
-    *line = (struct line){.queue = queue};
-    uint16_t word = (uint16_t)segment_unpack(&queue->out).count;
-    struct segment parameter = segment_unpack(&queue->out);
-
+    *line = (struct line){0};
+    struct segment parameter = segment_source_begin(&line->source, queue);
     uint16_t backlash_steps = (uint16_t)parameter.count & SEGMENT_PARAMETER;
 
     if (backlash_steps != 0) {
         line->line_speed = parameter.repeat;
         line_take_up(line, backlash_steps);
     }
-    uint8_t flags = (uint8_t)word;
-    uint8_t more = (uint8_t)(word >> 8);
-    BY_BYTE(flags);
-    BY_BYTE(more);
-    if (FEATURE_LINE_DIVIDER && (more & LINE_START_DIVIDER >> 8) != 0) {
-        (void)segment_unpack(&queue->out); // counted when it was queued
-    }
-    line->fresh = true;
-    line->edge_open = true;
-    if ((flags & LINE_START_SMOOTH) != 0) {
-        line->smooth = true;
-    }
-    if ((flags & LINE_START_NEGATIVE) != 0) {
-        line->negative = true;
-    }
-    if ((flags & LINE_START_SEEK) != 0) {
-        line->seek = true;
-    }
+    line->source.fresh = true;
+    line->source.edge_open = true;
     line_grid_start_exact(&line->edges, period);
 }
 
@@ -51,8 +33,8 @@ APART_LARGE void line_begin(struct line *line,
 // here, so as late as possible.
 static APART uint32_t ticks_to_edge(struct line *line)
 {
-    if (line->edge_open) {
-        line->edge_open = false;
+    if (line->source.edge_open) {
+        line->source.edge_open = false;
         line->to_edge_ticks += line_grid_advance(&line->edges);
     }
     return line->to_edge_ticks;
@@ -75,7 +57,7 @@ static APART void place_edge(struct line *line, struct piece *piece, uint16_t ed
     piece->edge_ticks = ticks_to_edge(line);
     piece->edge_position = position_after(line, piece, edge_steps);
     line->to_edge_ticks = piece->edge_ticks - piece->ticks;
-    line->edge_open = true;
+    line->source.edge_open = true;
 }
 
 // The part t_b of a pixel by which the line runs ahead of it.
@@ -102,9 +84,9 @@ static bool delay_piece(struct line *line, struct piece *piece)
                                                     line->backlash_steps,
                                                     line->line_speed);
 
-    *piece = (struct piece){.ticks = ticks, .negative = line->negative};
+    *piece = (struct piece){.ticks = ticks, .negative = line->source.negative};
     line->to_edge_ticks -= ticks;
-    line->segment.repeat--;
+    segment_source_pass_pixel(&line->source);
     return ticks != 0;
 }
 
@@ -114,9 +96,9 @@ static void take_up_piece(struct line *line, struct piece *piece)
     *piece = (struct piece){
         .ticks = ticks_to_edge(line),
         .steps = line->backlash_steps,
-        .negative = line->negative,
+        .negative = line->source.negative,
     };
-    line->shifted = false;
+    line->source.shifted = false;
     place_edge(line, piece, piece->steps);
     count_steps(line, piece);
 }
@@ -165,22 +147,15 @@ static void place_edge_ahead(struct line *line, struct piece *piece)
     place_edge(line, piece, steps_at_edge(line, piece->steps));
     if (line_grid_locked(&line->edges)) {
         line->to_edge_ticks = line->next_ahead_ticks;
-        line->edge_open = false;
+        line->source.edge_open = false;
     }
-}
-
-static uint16_t segment_steps(const struct line *line)
-{
-    int16_t count = line->segment.count;
-
-    return (uint16_t)(count < 0 ? -count : count);
 }
 
 static enum line_status pixel_piece(struct line *line, struct piece *piece)
 {
-    uint16_t steps = segment_steps(line);
+    uint16_t steps = segment_source_steps(&line->source);
 
-    if (line->smooth && 2u * steps < line->speed) {
+    if (line->source.smooth && 2u * steps < line->speed) {
         return LINE_DRY;
     }
 
@@ -188,8 +163,9 @@ static enum line_status pixel_piece(struct line *line, struct piece *piece)
         .ticks = pixel_ticks(line),
         .steps = steps,
         .start_speed = line->speed,
-        .curved = line->smooth && steps != line->speed,
-        .negative = line->smooth ? line->negative : line->segment.count < 0,
+        .curved = line->source.smooth && steps != line->speed,
+        .negative =
+            line->source.smooth ? line->source.negative : line->source.segment.count < 0,
     };
     if (is_shifted(line)) {
         place_edge_ahead(line, piece);
@@ -197,66 +173,38 @@ static enum line_status pixel_piece(struct line *line, struct piece *piece)
         place_edge(line, piece, steps);
     }
     count_steps(line, piece);
-    line->speed = line->smooth ? (uint16_t)(2u * steps - line->speed) : steps;
-    line->segment.repeat--;
-    return LINE_PIECE;
-}
-
-// True when the current segment has pixels left to make. A seek that has tripped leaves out pixels
-// at its speed until its slowdown begins.
-static bool segment_has_pixels(struct line *line)
-{
-    if (line->segment.repeat == 0) {
-        return false;
-    }
-    if (!FEATURE_HOMING) {
-        return true;
-    }
-    if (line->leaving_out && line->down && segment_steps(line) < line->speed) {
-        line->leaving_out = false;
-    }
-    return !line->leaving_out;
-}
-
-// Take entries from the queue until a segment has pixels to make. Returns LINE_PIECE when there is
-// such a segment, else whether the queue is dry or the line is over.
-static enum line_status take_segment(struct line *line)
-{
-    while (!segment_has_pixels(line)) {
-        if (!segment_queue_pop(line->queue, &line->segment)) {
-            return LINE_DRY;
-        }
-        if (line->segment.repeat == 0) {
-            if (!FEATURE_HOMING || line->segment.count != (int16_t)LINE_MARK_DOWN) {
-                return line->smooth && line->speed != 0 ? LINE_DRY : LINE_OVER;
-            }
-            line->down = true;
-        }
-    }
+    line->speed = line->source.smooth ? (uint16_t)(2u * steps - line->speed) : steps;
+    segment_source_pass_pixel(&line->source);
     return LINE_PIECE;
 }
 
 APART bool line_is_early(const struct line *line)
 {
     // An edge that has its time already waits for nothing.
-    return (is_shifted(line) || line->edge_open) &&
+    return (is_shifted(line) || line->source.edge_open) &&
            line_grid_early(&line->edges, is_shifted(line));
 }
 
-void line_trip(struct line *line)
+_Static_assert((int)SEGMENTS_PIXELS == (int)LINE_PIECE &&
+                   (int)SEGMENTS_DRY == (int)LINE_DRY &&
+                   (int)SEGMENTS_OVER == (int)LINE_OVER,
+               "take_segment() gives one as the other");
+
+// Put a segment with pixels in work. LINE_PIECE: a piece can be made of it.
+static APART_SMALL enum line_status take_segment(struct line *line)
 {
-    line->leaving_out = !line->down;
+    return (enum line_status)segment_source_next(&line->source, line->speed);
 }
 
 APART enum line_status line_next(struct line *line, struct piece *piece)
 {
-    if (is_shifted(line) && !line->fresh && line->speed == line->line_speed) {
+    if (is_shifted(line) && !line->source.fresh && line->speed == line->line_speed) {
         take_up_piece(line, piece);
         return LINE_PIECE;
     }
     enum line_status status = take_segment(line);
-    if (status == LINE_PIECE && line->fresh) {
-        line->fresh = false;
+    if (status == LINE_PIECE && line->source.fresh) {
+        line->source.fresh = false;
         if (is_shifted(line)) {
             if (delay_piece(line, piece)) {
                 return LINE_PIECE;
@@ -269,15 +217,13 @@ APART enum line_status line_next(struct line *line, struct piece *piece)
 
 bool line_on_pixels(const struct line *line)
 {
-    return !is_shifted(line) && !line->fresh && !(FEATURE_HOMING && line->seek);
+    return !is_shifted(line) && !line->source.fresh &&
+           !(FEATURE_HOMING && segment_source_ends_early(&line->source));
 }
 
 uint8_t line_even_steps(struct line *line, bool negative)
 {
-    if (line->segment.repeat == 0 &&
-        !segment_queue_pop_pixels(line->queue, &line->segment)) {
-        return 0;
-    }
+    segment_source_pixels(&line->source);
     uint16_t steps = line_many_steps(line, negative);
 
     if (steps == 0 || steps > UINT8_MAX) {

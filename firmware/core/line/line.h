@@ -18,10 +18,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "clock/lock_grid.h"    // struct line_grid
-#include "clock/pixel_period.h" // struct pixel_grid
-#include "line/even_rate.h"     // struct even_rate
-#include "line/segment_queue.h" // struct segment_queue
+#include "clock/lock_grid.h"     // struct line_grid
+#include "clock/pixel_period.h"  // struct pixel_grid
+#include "line/even_rate.h"      // struct even_rate
+#include "line/segment_source.h" // struct segment_source
 
 // line_next() writes all members. The three about an edge mean nothing without has_edge.
 struct piece {
@@ -48,26 +48,13 @@ struct piece {
 // The line in work. line.c writes the members; the writers of whole pixels also write `even`,
 // curve_half, `speed` and `room`, as their headers say.
 struct line {
-    // Where the segments come from.
-    struct segment_queue *queue;
-    // The segment being used; its repeat counts the pixels that are left.
-    struct segment segment;
-    // Pixels have constant acceleration; else one speed each.
-    bool smooth : 1;
-    // Direction of a smooth line.
-    bool negative : 1;
-    // The line is still ahead of the pixel clock, because backlash is not yet taken up.
-    bool shifted : 1;
-    // No piece was made yet.
-    bool fresh : 1;
-    // The line is a seek: it ends early when its switch trips.
-    bool seek : 1;
-    // The switch has tripped; segments are skipped up to one that slows down.
-    bool leaving_out : 1;
-    // The down mark was reached.
-    bool down : 1;
-    // to_edge_ticks lacks a pixel that has no length yet.
-    bool edge_open : 1;
+    // Where the segments come from, and the one in work. Three of its flags are the line's own:
+    //
+    //     shifted      the line is still ahead of the pixel clock, because backlash is not yet
+    //                  taken up
+    //     fresh        no piece was made yet
+    //     edge_open    to_edge_ticks lacks a pixel that has no length yet
+    struct segment_source source;
     // The interval of the last pixel of few even steps.
     struct even_rate even;
     // Half-acceleration of the pixel before, if curved_pixel.c wrote it; else 0. Steps/pixel^2.
@@ -98,16 +85,15 @@ struct line {
 enum line_status {
     // A piece was made.
     LINE_PIECE,
-    // The queue is empty inside the line, or a seek's deceleration does not mirror its
-    // acceleration.
+    // The source has no segment for now, or the next one does not go on from the line's speed.
     LINE_DRY,
-    // The end mark was reached.
+    // The source has no more segments.
     LINE_OVER,
 };
 
-// Begin a line that takes up all of its backlash. The queue's front must be a start mark, its
-// parameter and the divider that the mark promises, all of them accepted by the check; they are
-// removed. period: exact length of a pixel, which must last and stay as long as the line.
+// Begin a line that takes up all of its backlash, with the line's head at the queue's front as
+// segment_source_begin() asks for it. period: exact length of a pixel, which must last and stay as
+// long as the line.
 void line_begin(struct line *line,
                 const struct pixel_period *period,
                 struct segment_queue *queue);
@@ -117,11 +103,11 @@ void line_begin(struct line *line,
 static inline void line_take_up(struct line *line, uint16_t steps)
 {
     line->backlash_steps = steps;
-    line->shifted = steps != 0;
+    line->source.shifted = steps != 0;
 }
 
 // Make the next piece of the line and count its steps in line->position. *piece is only valid with
-// LINE_PIECE. After LINE_DRY the call may be repeated when the queue has more. Only while
+// LINE_PIECE. After LINE_DRY the call may be repeated when the source has more. Only while
 // line_is_early() is false. Divides in a line that is ahead of the clock.
 enum line_status line_next(struct line *line, struct piece *piece);
 
@@ -130,9 +116,9 @@ enum line_status line_next(struct line *line, struct piece *piece);
 bool line_on_pixels(const struct line *line);
 
 // Number of steps of the next pixel, 1..255, if they are evenly spaced and in this direction; 0:
-// they are others, more than 255, or no pixel is queued. May take the pixel's segment from the
-// queue. With a result above 0 the pixel's speed becomes the line's, because the caller is about to
-// write the pixel.
+// they are others, more than 255, or the source has no pixel by the quick way. May take the pixel's
+// segment from the source. With a result above 0 the pixel's speed becomes the line's, because the
+// caller is about to write the pixel.
 uint8_t line_even_steps(struct line *line, bool negative);
 
 // Number of steps of the next pixel if they are under acceleration; 0: they are not, no segment is
@@ -140,8 +126,9 @@ uint8_t line_even_steps(struct line *line, bool negative);
 // the segment and has found that the steps are not even.
 static inline uint16_t line_curved_steps(const struct line *line)
 {
-    uint16_t steps = (uint16_t)line->segment.count;
-    bool curved = line->smooth && line->segment.repeat != 0 && 2u * steps >= line->speed;
+    uint16_t steps = (uint16_t)line->source.segment.count;
+    bool curved = line->source.smooth && line->source.segment.repeat != 0 &&
+                  2u * steps >= line->speed;
 
     return curved ? steps : 0;
 }
@@ -150,11 +137,11 @@ static inline uint16_t line_curved_steps(const struct line *line)
 // not, or no segment is in work. After line_even_steps(), which takes the segment.
 static inline uint16_t line_many_steps(const struct line *line, bool negative)
 {
-    int16_t count = line->segment.count;
+    int16_t count = line->source.segment.count;
     uint16_t steps = (uint16_t)(count < 0 ? -count : count);
-    bool even = line->smooth ? steps == line->speed : (count < 0) == negative;
+    bool even = line->source.smooth ? steps == line->speed : (count < 0) == negative;
 
-    return even && line->segment.repeat != 0 ? steps : 0;
+    return even && line->source.segment.repeat != 0 ? steps : 0;
 }
 
 // Length of the next pixel, ticks; 0 while line_is_early(). A locked line's pixel gets its length
@@ -167,17 +154,13 @@ uint32_t line_known_ticks(struct line *line);
 // next pixel comes. The caller has set line->speed. After line_pixel_ticks().
 static inline void line_pass_even(struct line *line, int16_t steps)
 {
-    line->segment.repeat--;
+    segment_source_pass_pixel(&line->source);
     line->position = (int16_t)(uint16_t)((uint16_t)line->position + (uint16_t)steps);
     line->to_edge_ticks = 0;
-    line->edge_open = true;
+    line->source.edge_open = true;
 }
 
 // True when the next piece must not be made yet: the line is locked to the clock, and edges that
 // are still to come will make the piece's end more certain. Always false of a line that is not
 // locked, and of a piece whose end has its time already.
 bool line_is_early(const struct line *line);
-
-// The switch of a seek has tripped: slow down from the next piece on, by leaving out segments up to
-// the slowdown (segment.h). After the down mark nothing changes.
-void line_trip(struct line *line);

@@ -2,7 +2,7 @@
 // How a line is stored and sent: as segments and marks, 4 bytes each. A segment is `repeat` equal
 // pixels of `count` steps each. An entry with repeat 0 is a mark, and its count is the mark's word.
 // A start mark is followed by one parameter entry. The host sends lines so; the check, the queue
-// and line.c read them.
+// and segment_source.c read them.
 //
 //     start      (word, 0) (backlash_steps, line_speed)    word: kind and flags, see below
 //     divider    (M, 0), only with LINE_START_DIVIDER: a pixel of this line is M clock edges

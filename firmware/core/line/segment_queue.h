@@ -14,7 +14,7 @@
 #include "line/segment_pack.h" // struct segment_reader
 
 struct segment_queue {
-    // The reader's end: line.c pops, the assembly of whole pixels too.
+    // The reader's end: segment_source.c pops, the assembly of whole pixels too.
     struct segment_reader out;
     // The writer's end: the byte to write next; the index runs freely and is masked when it is
     // used.

@@ -120,7 +120,8 @@ APART uint8_t curved_pixel_write(struct line *line,
     uint8_t cost = (uint8_t)(PIXEL_COST + STEP_COST * steps);
     uint8_t first_high =
         write_periods(steep, stream->ring, first, (uint8_t)steps, ticks, &cost);
-    line_pass_even(line, (int16_t)(line->negative ? -(int16_t)steps : (int16_t)steps));
+    line_pass_even(line,
+                   (int16_t)(line->source.negative ? -(int16_t)steps : (int16_t)steps));
     line->speed = end_speed;
     stream_put_pixel(
         stream,

@@ -159,7 +159,7 @@ uint8_t even_pixels_write(struct line *line,
     uint8_t steps = 0;
 
     while (spent < budget) {
-        if (spent == 0 || line->segment.repeat == 0) {
+        if (spent == 0 || line->source.segment.repeat == 0) {
             steps = line_even_steps(line, negative);
             if (steps == 0 || steps > EVEN_PIXEL_MAX_STEPS) {
                 return spent;

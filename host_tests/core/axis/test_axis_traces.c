@@ -77,7 +77,7 @@ static void see_line(const struct axis *axis)
     trace(decode_is_ahead(axis));
     trace_long(decode_ahead_ticks(axis));
     trace((uint16_t)axis->line.curve_half);
-    trace(axis->line.edge_open);
+    trace(axis->line.source.edge_open);
     // From here the next curved pixel may go on.
     if (axis->line.curve_half != 0 && axis->walk.steps.curve.state.steep.good) {
         trace_long(axis->walk.steps.curve.state.steep.last_ticks);
@@ -280,8 +280,8 @@ static void run(void)
         if (bench.engine.state == STEP_ENGINE_HALTED) {
             break; // it starved, as a line in the middle of a batch may
         }
-        if (axis->line.seek && chance_between(0, 40) == 0) {
-            line_trip(&axis->line);
+        if (segment_source_ends_early(&axis->line.source) && chance_between(0, 40) == 0) {
+            segment_source_trip(&axis->line.source);
         }
     }
     if (axis->life.state == AXIS_RUNNING) {

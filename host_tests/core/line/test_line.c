@@ -295,7 +295,7 @@ static void tripped_seek_slows_down_from_top_speed(void)
     for (uint8_t i = 0; i < 10; i++) {
         TEST_ASSERT_TRUE(take());
     }
-    line_trip(&line);
+    segment_source_trip(&line.source);
     check_counts(rest, 3);
     TEST_ASSERT_EQUAL_INT32(7 + 7 * 8 + 7, line.position);
 }
@@ -307,7 +307,7 @@ static void tripped_seek_slows_down_from_where_it_is(void)
     queue_seek(-1);
     TEST_ASSERT_TRUE(take());
     TEST_ASSERT_TRUE(take());
-    line_trip(&line);
+    segment_source_trip(&line.source);
     check_counts(rest, 1);
     TEST_ASSERT_EQUAL_INT32(-4, line.position);
 }
@@ -315,7 +315,7 @@ static void tripped_seek_slows_down_from_where_it_is(void)
 static void seek_tripped_before_it_begins_makes_no_step(void)
 {
     queue_seek(1);
-    line_trip(&line);
+    segment_source_trip(&line.source);
     check_counts(NULL, 0);
 }
 
@@ -327,7 +327,7 @@ static void seek_tripped_on_its_way_down_is_left_alone(void)
     for (uint8_t i = 0; i < 104; i++) {
         TEST_ASSERT_TRUE(take());
     }
-    line_trip(&line);
+    segment_source_trip(&line.source);
     check_counts(rest, 2);
 }
 
@@ -362,7 +362,7 @@ static void smooth_seek_stops_behind(uint8_t pixels)
         TEST_ASSERT_TRUE(take());
     }
     TEST_ASSERT_EQUAL_UINT16(speeds[pixels], line.speed);
-    line_trip(&line);
+    segment_source_trip(&line.source);
     check_counts(&rest[3u - length], length);
     TEST_ASSERT_EQUAL_UINT16(0, line.speed);
 }
@@ -389,7 +389,7 @@ static void smooth_seek_that_is_not_mirrored_runs_dry(void)
     queue_entry(LINE_MARK_END, 0);
     line_begin(&line, &period, &queue);
     TEST_ASSERT_TRUE(take());
-    line_trip(&line); // at speed 8
+    segment_source_trip(&line.source); // at speed 8
     TEST_ASSERT_TRUE(take());
     TEST_ASSERT_EQUAL_UINT16(7, piece.steps);
     TEST_ASSERT_EQUAL(LINE_DRY, line_next(&line, &piece));

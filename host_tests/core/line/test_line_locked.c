@@ -101,13 +101,13 @@ static bool take_late(void)
 {
     bool waits = line_is_early(&line);
 
-    if (waits || line.shifted) {
+    if (waits || line.source.shifted) {
         while (line_is_early(&line)) {
             clock_edge();
         }
         int16_t edges = (int16_t)(uint16_t)(zero_edge + line.edges.edge * grid->divider -
                                             grid->filter.edge);
-        int16_t most = (int16_t)(LEAD_EDGES + (line.shifted ? grid->divider : 0));
+        int16_t most = (int16_t)(LEAD_EDGES + (line.source.shifted ? grid->divider : 0));
         TEST_ASSERT_LESS_OR_EQUAL_INT16(most, edges);
         if (waits) {
             TEST_ASSERT_EQUAL_INT16(most, edges);

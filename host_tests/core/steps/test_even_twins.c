@@ -67,7 +67,7 @@ static void link_parts(uint8_t which)
     struct parts *p = parts[which];
 
     p->stream.ring = &rings[which];
-    p->line.queue = &p->queue;
+    p->line.source.queue = &p->queue;
     p->queue.out.bytes = p->bytes;
     if (p->line.edges.mode == LINE_GRID_EXACT) {
         p->line.edges.exact.period = &p->period;
@@ -79,7 +79,7 @@ static void unlink_parts(uint8_t which)
     struct parts *p = parts[which];
 
     p->stream.ring = NULL;
-    p->line.queue = NULL;
+    p->line.source.queue = NULL;
     p->queue.out.bytes = NULL;
     if (p->line.edges.mode == LINE_GRID_EXACT) {
         p->line.edges.exact.period = NULL;
@@ -161,9 +161,9 @@ static void choose_grid(struct parts *p)
         lock_grid_now()->waiting =
             (struct fine_ticks){.ticks = about(p->period.whole_ticks)};
     }
-    line->edge_open = !once_in(4);
+    line->source.edge_open = !once_in(4);
     line->to_edge_ticks = 0;
-    if (!line->edge_open) {
+    if (!line->source.edge_open) {
         line->to_edge_ticks = about(p->period.whole_ticks);
     } else if (once_in(8)) { // a part of the pixel is there
         line->to_edge_ticks = chance_between(1, 400);
@@ -172,14 +172,14 @@ static void choose_grid(struct parts *p)
 
 static void choose_line(struct line *line)
 {
-    line->smooth = once_in(3);
-    line->negative = once_in(2);
-    line->segment.count = (int16_t)chance_between(0, 130);
-    line->segment.repeat = (uint16_t)small(3);
+    line->source.smooth = once_in(3);
+    line->source.negative = once_in(2);
+    line->source.segment.count = (int16_t)chance_between(0, 130);
+    line->source.segment.repeat = (uint16_t)small(3);
     if (once_in(4)) {
-        line->segment.repeat = (uint16_t)chance_between(253, 260);
+        line->source.segment.repeat = (uint16_t)chance_between(253, 260);
     }
-    line->speed = (uint16_t)(once_in(2) ? line->segment.count : small(130));
+    line->speed = (uint16_t)(once_in(2) ? line->source.segment.count : small(130));
     line->curve_half = (int16_t)chance();
     line->position = (int16_t)chance();
     line->room = small(130);
@@ -236,10 +236,11 @@ static void choose_scene(void)
 // writes that pixel notes its speed.
 static void forget_speed_noted_early(void)
 {
-    int16_t count = parts[0]->line.segment.count;
+    int16_t count = parts[0]->line.source.segment.count;
     uint16_t steps = (uint16_t)(count < 0 ? -count : count);
 
-    if (!parts[0]->line.smooth && steps > EVEN_PIXEL_MAX_STEPS && steps <= UINT8_MAX) {
+    if (!parts[0]->line.source.smooth && steps > EVEN_PIXEL_MAX_STEPS &&
+        steps <= UINT8_MAX) {
         parts[1]->line.speed = parts[0]->line.speed;
         parts[1]->line.curve_half = parts[0]->line.curve_half;
     }

@@ -692,8 +692,8 @@ static void write_behind(uint32_t end_ticks, uint8_t taken)
     queue = (struct segment_queue){.out = {.bytes = bytes, .mask = 15, .last = 20},
                                    .head = 1};
     bytes[0] = SEGMENT_NEAR_ZERO;
-    line = (struct line){.queue = &queue, .edge_open = true};
-    line.segment = (struct segment){.count = 20};
+    line = (struct line){.source = {.queue = &queue, .edge_open = true}};
+    line.source.segment = (struct segment){.count = 20};
     line_grid_start_exact(&line.edges, &period);
     stream = (struct stream){.ring = &ring, .waypoint_head = 1, .end_ticks = end_ticks};
     stream.head = taken;
