@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "wire/crc16.h"
 
+#include "base/apart.h"     // BY_BYTE
 #include "base/flash.h"     // IN_FLASH_BEHIND
 #include "base/interlude.h" // interlude
 #include "build_features.h" // BOARD_ALL_FEATURES
@@ -54,7 +55,9 @@ uint16_t crc16_go_on(uint16_t crc, const uint8_t *bytes, uint16_t length)
 {
     for (; length != 0; length--) {
         crc = (uint16_t)((crc >> 8) ^ byte_remainder((uint8_t)(crc ^ *bytes++)));
-        if (!SEVERAL_AXES && (uint8_t)length % BYTES_AT_ONCE == 0) {
+        uint8_t left = (uint8_t)length;
+        BY_BYTE(left);
+        if (!SEVERAL_AXES && left % BYTES_AT_ONCE == 0) {
             interlude();
         }
     }
