@@ -12,7 +12,7 @@
 #include "hal/cpu.h"               // cpu_*
 #include "hal/pins.h"              // pins_start
 
-// In the middle of a request. The decoder of a single axis finds nothing to do where the axis rests.
+// In the middle of a request. The decoder finds nothing to do for a single axis at rest.
 APART void interlude(void)
 {
     if (!SEVERAL_AXES || axes_first_moving() != NO_AXIS) {

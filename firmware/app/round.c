@@ -257,8 +257,8 @@ static void poll_inputs(void)
     seek_poll();
 }
 
-// Decode for axis i. Returns what is left of the budget. as_it_stands: the account of a single axis,
-// which a request is reading.
+// Decode for axis i. Returns what is left of the budget. as_it_stands: a request is reading the
+// account of a single axis.
 static inline uint8_t decode_one(uint8_t i, uint8_t budget, bool as_it_stands)
 {
     struct axis *axis = axes_get(i);

@@ -17,7 +17,8 @@ void round_start(void);
 void round_poll(void);
 
 // What cannot wait for the end of a request. With several axes: edges of the clock, a start that is
-// near, and rings that run low. While what is decoded lasts for all axes, nothing more is done; else
-// accounts are advanced, and the decoder is called for two axes at most, those that run out first.
+// near, and rings that run low. While what is decoded lasts for all axes, nothing more is done;
+// else accounts are advanced, and the decoder is called for two axes at most, those that run out
+// first.
 // With one axis: the decoder is called, and nothing else is changed (interlude.h).
 void round_poll_briefly(void);
