@@ -16,10 +16,10 @@
 
 #define IRQ_VECTORS  64
 #define IRQ_NESTING  16
-#define IRQ_SECTIONS 6
-// Sections 1 to 3 are called by another one, which 6 goes back to.
+#define IRQ_SECTIONS 7
+// Sections 1 to 3 are called by another one, which 7 goes back to.
 #define IRQ_SECTION_CALLED_LAST 3
-#define IRQ_SECTION_CALLER      6
+#define IRQ_SECTION_CALLER      7
 
 // Data sheet, Interrupt Response Time: 4 cycles minimum, 5 on parts with a 22-bit program counter.
 #define IRQ_RESPONSE_16_BIT_PC 4

@@ -543,7 +543,7 @@ static APART bool all_have_enough(void)
 // Returns false when none runs low.
 static APART bool look_briefly(void)
 {
-    cpu_section(CPU_SECTION_ROUND);
+    cpu_section(CPU_SECTION_INTERLUDE);
     take_underruns();
     clock_edges_poll();
     if (starting()) {
@@ -566,7 +566,7 @@ void round_poll_briefly(void)
 #else
 void round_poll_briefly(void)
 {
-    cpu_section(CPU_SECTION_ROUND);
+    cpu_section(CPU_SECTION_INTERLUDE);
     decode_some(true);
 }
 #endif

@@ -39,8 +39,10 @@ enum cpu_section {
     CPU_SECTION_SERIAL = 4,
     // The rest of a round.
     CPU_SECTION_ROUND = 5,
+    // What cannot wait for the end of a request.
+    CPU_SECTION_INTERLUDE = 6,
     // Decoding, or following, is over: the section from which it was called goes on.
-    CPU_SECTION_CALLER = 6,
+    CPU_SECTION_CALLER = 7,
 };
 // The main loop enters this section.
 void cpu_section(enum cpu_section section);

@@ -10,11 +10,11 @@ RESPONSE = {"uno": 4, "mega": 5}  # and RETI
 RJMP = 2
 # images/sections.c: each section written to GPIOR1, and the nops behind that.
 STAYS = (
-    (4, 100), (1, 30), (6, 50), (5, 70), (2, 20), (6, 10), (0, 40), (3, 15), (1, 25), (6, 5),
-    (4, 200), (5, 60), (9, 33), (4, 90), (1, 31), (6, 3), (1, 29), (0, 1), (2, 12), (6, 7),
-    (4, 0), (0, 0),
+    (4, 100), (1, 30), (7, 50), (5, 70), (2, 20), (7, 10), (0, 40), (3, 15), (1, 25), (7, 5),
+    (4, 200), (5, 60), (9, 33), (4, 90), (1, 31), (7, 3), (1, 29), (0, 1), (2, 12), (7, 7),
+    (4, 0), (6, 45), (1, 8), (7, 4), (0, 0),
 )  # fmt: skip
-BACK, LAST, CALLED = 6, 5, (1, 2, 3)
+BACK, LAST, CALLED = 7, 6, (1, 2, 3)
 VECTORS = {
     "uno": {
         1: "INT0", 2: "INT1", 6: "WDT", 7: "TIMER2_COMPA", 8: "TIMER2_COMPB", 9: "TIMER2_OVF",
@@ -39,7 +39,7 @@ def statistics(sim):
 
 def reckoned():
     """Cycles, entries and longest stay of each section but 0, which goes on behind the list."""
-    cycles, entries, longest = [0] * 6, [0] * 6, [0] * 6
+    cycles, entries, longest = [0] * 7, [0] * 7, [0] * 7
     stays = []  # of sections entered: section and cycles, with those of the sections called
     calling = None
     for section, nops in STAYS:

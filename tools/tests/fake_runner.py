@@ -228,8 +228,8 @@ class Fake:
     def stats(self):
         row = {"name": self.board, "handlers": [], "interrupt_cycles": self.cycle // 10}
         row |= {"interrupts_off_max_cycles": 90, "interrupts_off_main_max_cycles": 50}
-        row |= {"section_entries": [self.cycle // 500] * 6}
-        row |= {"sections": [self.cycle // 2, self.cycle // 4, 0, 0, 0, 0], "axes": []}
+        row |= {"section_entries": [self.cycle // 500] * 6 + [0]}
+        row |= {"sections": [self.cycle // 2, self.cycle // 4, 0, 0, 0, 0, 0], "axes": []}
         row |= {"stack_free_bytes": 900, "stack_used_bytes": 100, "sleep_cycles": 0}
         return json.dumps(
             {"cycle": self.cycle, "wall_s": 0.1, "realtime_factor": 9.0, "boards": [row]}

@@ -21,7 +21,8 @@ ISR(TIMER1_COMPB_vect, ISR_NAKED)
 
 int main(void)
 {
-    uint8_t s0 = 0, s1 = 1, s2 = 2, s3 = 3, s4 = 4, s5 = 5, back = 6, far = 9;
+    uint8_t s0 = 0, s1 = 1, s2 = 2, s3 = 3, s4 = 4, s5 = 5, s6 = 6;
+    uint8_t back = 7, far = 9;
 
     // Kept in registers all the time: what loads one would lie in a stay.
     __asm__ volatile(""
@@ -31,6 +32,7 @@ int main(void)
                        "+r"(s3),
                        "+r"(s4),
                        "+r"(s5),
+                       "+r"(s6),
                        "+r"(back),
                        "+r"(far));
 
@@ -60,6 +62,9 @@ int main(void)
     STAY(s2, 12);
     STAY(back, 7);
     STAY(s4, 0);
+    STAY(s6, 45);
+    STAY(s1, 8);
+    STAY(back, 4);
     STAY(s0, 0);
     cli();
     RESULT[0] = 0x600D;

@@ -6,9 +6,10 @@ from typing import Any
 from pixstep.board import boards
 
 # enum cpu_section of firmware/hal/cpu.h, in order.
-SECTIONS = ("start", "smooth", "plain", "ledger", "serial", "round")
+SECTIONS = ("start", "smooth", "plain", "ledger", "serial", "round", "interlude")
 DECODING = ("smooth", "plain")
-_PASS = "serial"  # entered once in every pass of the main loop
+_PASS = "serial"  # entered once in every pass of the main loop, and after
+_INSIDE = "interlude"
 
 
 def decoding(view: dict[str, Any]) -> int:
@@ -28,7 +29,8 @@ def longest(stats: dict[str, Any], section: str) -> int:
 
 def passes(view: dict[str, Any]) -> int:
     """Return how often the main loop went round."""
-    return int(view["section_entries"][SECTIONS.index(_PASS)])
+    entries = dict(zip(SECTIONS, view["section_entries"], strict=True))
+    return int(entries[_PASS] - entries[_INSIDE])
 
 
 def pass_cycles(view: dict[str, Any]) -> float:

@@ -68,10 +68,13 @@ def requests(turned: list[dict[str, Any]]) -> dict[str, float]:
 
 
 def _serial(before: dict[str, Any], after: dict[str, Any]) -> tuple[int, int]:
-    """Return the cycles of requests and the passes of the main loop between two moments."""
-    place = sections.SECTIONS.index("serial")
+    """Return the cycles of requests and the passes of the main loop between two moments.
+
+    The cycles are with the interludes, but without what those decode.
+    """
     old, new = before["boards"][0], after["boards"][0]
+    places = [sections.SECTIONS.index(name) for name in ("serial", "interlude")]
     return (
-        new["sections"][place] - old["sections"][place],
-        new["section_entries"][place] - old["section_entries"][place],
+        sum(new["sections"][place] - old["sections"][place] for place in places),
+        sections.passes(new) - sections.passes(old),
     )
