@@ -19,11 +19,12 @@
 //                        smooth line has speed 0 then.
 //
 // Another kind of source, such as a jog or a braking ramp, is added in segment_source.c alone. It
-// has a begin-function of its own, which sets these members, and a member that names the kind. The
-// quick way finds nothing in its empty queue, so the line comes to segment_source_next(). There the
-// empty queue is the place where the kind is asked: it writes the next segment, or it says that it
-// is over. A line whose segments are queued comes to that place only when its queue is dry, so the
-// way of its pixels gets no branch more.
+// has a begin-function of its own, which sets these members, and a member that names the kind. Who
+// starts such a motion begins the line with that function, as line_begin() does with
+// segment_source_begin(). The quick way finds nothing in the empty queue, so the line comes to
+// segment_source_next(). There the empty queue is the place where the kind is asked: it writes the
+// next segment, or it says that it is over. A line whose segments are queued comes to that place
+// only when its queue is dry, so the way of its pixels gets no branch more.
 //
 // Main loop only.
 #pragma once
