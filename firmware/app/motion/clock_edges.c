@@ -149,7 +149,7 @@ static inline uint16_t evidence_of(enum fault fault)
 
     BY_POINTER_SMALL(filter);
     if (fault == FAULT_clock_drifted) {
-        return (uint16_t)(filter->period.ticks >> 8);
+        return clock_watch_units(filter->period.ticks);
     }
     if (fault == FAULT_clock_hold_over) {
         return filter->hold_over;

@@ -11,7 +11,7 @@
 static uint16_t shown_interval(uint32_t interval_ticks)
 {
     return interval_ticks >> 24 != 0 ? UINT16_MAX
-                                     : (uint16_t)((uint16_t)(interval_ticks >> 8) | 1u);
+                                     : (uint16_t)(clock_watch_units(interval_ticks) | 1u);
 }
 
 void clock_watch_interval(struct clock_watch *watch,
