@@ -325,7 +325,9 @@ static uint8_t take_lost(void)
 // Of lost edges; stays at 255.
 static uint8_t sum_of(uint8_t lost, uint8_t more)
 {
-    return more > UINT8_MAX - lost ? UINT8_MAX : (uint8_t)(lost + more);
+    uint8_t sum = (uint8_t)(lost + more);
+
+    return sum < more ? UINT8_MAX : sum;
 }
 
 // Add the edges that were lost behind those that waited.
