@@ -201,6 +201,23 @@ static double request_ticks(struct loop *r)
     return r->cost->request / (1.0 - interrupts(r, &until));
 }
 
+// Ticks for which a captured edge may wait. A board of several axes takes edges between two pieces
+// of a request; one of a single axis decodes there.
+static double edge_wait_ticks(struct loop *r)
+{
+    const struct part *part = &r->axis[0].next.part;
+    double until;
+    double busy = interrupts(r, &until);
+
+    if (r->several) {
+        return request_ticks(r);
+    }
+    if (part->end > part->begin) {
+        busy += r->axis[0].next.cycles * r->board->margin / (part->end - part->begin);
+    }
+    return r->cost->whole_request / (1.0 - fmin(busy, MOST_BUSY));
+}
+
 static double round_cost(const struct loop *r)
 {
     return r->board->lead_edges != 0 ? r->cost->round_locked : r->cost->round;
@@ -290,7 +307,7 @@ static void take_edges(struct loop *r)
     double cycles = edge_cost(r);
     double most = r->several ? EDGES_SEVERAL : EDGES_ONE;
 
-    if (waiting > most || request_ticks(r) > most * r->edge_ticks) {
+    if (waiting > most || edge_wait_ticks(r) > most * r->edge_ticks) {
         lose(r, &r->axis[0], (waiting - most) * r->edge_ticks);
     }
     for (uint32_t left = waiting > 0.0 ? (uint32_t)waiting : 0; left != 0; left--) {

@@ -33,6 +33,18 @@ def passes(view: dict[str, Any]) -> int:
     return int(entries[_PASS] - entries[_INSIDE])
 
 
+def bus(before: dict[str, Any], after: dict[str, Any]) -> tuple[int, int]:
+    """Return the cycles of requests and the passes of the main loop between two views.
+
+    The cycles are with the interludes, but without what those decode.
+    """
+    places = [SECTIONS.index(name) for name in (_PASS, _INSIDE)]
+    return (
+        sum(after["sections"][place] - before["sections"][place] for place in places),
+        passes(after) - passes(before),
+    )
+
+
 def pass_cycles(view: dict[str, Any]) -> float:
     """Return the mean cycles of one pass of the main loop, interrupts excluded."""
     return float((view["cycles"] - view["interrupt_cycles"]) / max(1, passes(view)))
