@@ -22,9 +22,12 @@ def following(view: dict[str, Any]) -> int:
     return int(view["sections"][SECTIONS.index("ledger")])
 
 
-def longest(stats: dict[str, Any], section: str) -> int:
-    """Return the longest stay in a section, with those it calls, by a board's statistics."""
-    return int(stats["section_longest"][SECTIONS.index(section)])
+def longest(stats: dict[str, Any], section: str, *, whole: bool = False) -> int:
+    """Return the longest stay in a section, with those it calls, by a board's statistics.
+
+    whole: with the interludes, which else end it.
+    """
+    return int(stats["section_whole" if whole else "section_longest"][SECTIONS.index(section)])
 
 
 def passes(view: dict[str, Any]) -> int:

@@ -57,8 +57,7 @@ def tasks() -> list[Task]:
 def measure(board: str) -> list[dict[str, Any]]:
     """Return the longest request and round of a board for each kind of request.
 
-    `request_cycles`: the longest stay, up to an interlude; `whole_cycles`: with all that is between
-    two passes of the main loop, the mean of some requests.
+    `request_cycles`: the longest stay, up to an interlude; `whole_cycles`: with the interludes.
     """
     rows = [_row(board, *found) for found in _measured(board, _requests)]
     for name in DATA:
@@ -67,23 +66,20 @@ def measure(board: str) -> list[dict[str, Any]]:
     return rows
 
 
-def _row(board: str, request: str, stats: dict[str, Any], whole: float) -> dict[str, Any]:
+def _row(board: str, request: str, stats: dict[str, Any]) -> dict[str, Any]:
     return {
         "board": board,
         "request": request,
         "request_cycles": sections.longest(stats, "serial"),
-        "whole_cycles": round(whole),
+        "whole_cycles": sections.longest(stats, "serial", whole=True),
         "round_cycles": sections.longest(stats, "round"),
     }
 
 
 def _measured(
     board: str, requests: Callable[[SimulatedBoard], Iterator[tuple[str, Request, int]]]
-) -> Iterator[tuple[str, dict[str, Any], float]]:
-    """Yield what a board did during each of some requests while all of its axes move.
-
-    And what one of them cost: the bus, with its interludes, without passes that brought nothing.
-    """
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield what a board did during each of some requests while all of its axes move."""
     rng = random.Random(f"turns {board}")
     with SimulatedBoard(board, _HZ) as run:
         moving = list(range(boards.load(board).axes))
@@ -91,25 +87,14 @@ def _measured(
         count = lines.count_at(_RATE // len(moving), _HZ)
         run.load(dict.fromkeys(moving, Line((count,) * int(_SECONDS * _HZ), PLAIN)))
         run.arm()
-        run.link.world.wait(0.1)
-        before = _stats(run)
-        run.link.world.wait(0.1)
-        quiet, passes = sections.bus(before, _stats(run))
+        run.link.world.wait(0.2)
         for name, request, tries in requests(run):
             run.simulator.mark()
-            before = _stats(run)
             for _ in range(tries):
                 request()
                 run.simulator.run(rng.randrange(30_000))
-            after = _stats(run)
-            spent, more = sections.bus(before, after)
-            yield name, after, (spent - more * quiet / passes) / tries
+            yield name, run.simulator.stats()["boards"][0]
         assert set(run.states().values()) == {"running"}
-
-
-def _stats(run: SimulatedBoard) -> dict[str, Any]:
-    row: dict[str, Any] = run.simulator.stats()["boards"][0]
-    return row
 
 
 def _requests(run: SimulatedBoard) -> Iterator[tuple[str, Request, int]]:
