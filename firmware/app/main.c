@@ -21,6 +21,14 @@ APART void interlude(void)
     }
 }
 
+#if !SEVERAL_AXES
+void interlude_to_decode(void)
+{
+    round_decode();
+    cpu_section(CPU_SECTION_SERIAL);
+}
+#endif
+
 int main(void)
 {
     cpu_start();

@@ -28,9 +28,6 @@
 #define DECODE_AT_ONCE 120u
 // The same while an axis waits for its release: the release must come within a few milliseconds.
 #define DECODE_AT_ONCE_STARTING 12u
-// A single axis is decoded for in the middle of a request when fewer entries than this stand before
-// its interrupt.
-#define RING_LOW 128u
 // Several axes are decoded for one after the other until so much time is over, interrupts included,
 // microseconds: with shorter rounds their other work would cost too much, with longer ones bus,
 // switches and releases would wait for too long.
@@ -570,8 +567,13 @@ void round_poll_briefly(void)
 void round_poll_briefly(void)
 {
     cpu_section(CPU_SECTION_INTERLUDE);
-    if ((uint8_t)(axes_get(0)->feed.stream.head - step_timer_tail(0)) < RING_LOW) {
-        decode_some(true);
-    }
+    clock_edges_poll();
+    decode_some(false);
+}
+
+void round_decode(void)
+{
+    cpu_section(CPU_SECTION_INTERLUDE);
+    decode_some(true);
 }
 #endif

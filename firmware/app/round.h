@@ -20,5 +20,10 @@ void round_poll(void);
 // near, and rings that run low. While what is decoded lasts for all axes, nothing more is done;
 // else accounts are advanced, and the decoder is called for two axes at most, those that run out
 // first.
-// With one axis: the decoder is called, and nothing else is changed (interlude.h).
+// With one axis: edges of the clock are taken, and the decoder is called.
 void round_poll_briefly(void);
+
+#if !SEVERAL_AXES
+// In the middle of a request, too: the decoder is called, and nothing else is changed.
+void round_decode(void);
+#endif

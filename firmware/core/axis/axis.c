@@ -228,7 +228,7 @@ static inline enum line_error check_some(struct line_check *check,
         }
         checked++;
         if (!SEVERAL_AXES) {
-            interlude();
+            interlude_to_decode();
         }
     }
     return LINE_none;

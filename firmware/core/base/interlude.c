@@ -5,3 +5,7 @@
 __attribute__((weak)) void interlude(void)
 {
 }
+
+__attribute__((weak)) void interlude_to_decode(void)
+{
+}

@@ -3,15 +3,16 @@
 // keep a board from its rings for 4,000 cycles, so whoever works for longer calls interlude() on
 // the way. A program without axes to look after gets the empty interlude() of interlude.c.
 //
-// A board of one axis decodes there and does nothing else: no account moves and no edge of the
-// clock is taken, so that an interlude may come between any two registers of a reply.
-//
 //     request    | piece |           | piece |           | piece |
 //     axes               | interlude |       | interlude |
 #pragma once
 
 // Called in the main loop, in the middle of work that may take thousands of cycles, at a place
 // where nothing is half done. The image of a board looks after its axes there, if one of them moves
-// (app/main.c). With several axes the caller must bear what the axes do meanwhile: a line may end,
-// fail or be discarded, so that the caller reads an axis's state again afterwards.
+// (app/main.c). The caller must bear what the axes do meanwhile: a line may end, fail or be
+// discarded, so that the caller reads an axis's state again afterwards.
 void interlude(void);
+
+// The same on a board of one axis, where its account and its state must stay as they are: nothing
+// but its decoder is called.
+void interlude_to_decode(void);
