@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "wire/read_words.h"
 
-#include "base/interlude.h"   // interlude_to_decode
 #include "build_features.h"   // SEVERAL_AXES
 #include "wire/bytes.h"       // put_word
 #include "wire/server_data.h" // data_*
@@ -15,17 +14,11 @@ static inline uint8_t read_several(uint8_t *to,
     return SEVERAL_AXES && inputs ? data_inputs(address, count, to) : 0;
 }
 
-// Some 40 cycles each. An account may not move between two of them.
-#define WORDS_AT_ONCE 32u
-
 uint8_t *read_words(uint8_t *to, uint16_t address, uint8_t count, bool inputs)
 {
     while (count != 0) {
         uint8_t read = read_several(to, address, count, inputs);
         if (read == 0) {
-            if (!SEVERAL_AXES && (uint8_t)address % WORDS_AT_ONCE == 0) {
-                interlude_to_decode();
-            }
             put_word(to, inputs ? data_input(address) : data_holding(address));
             read = 1;
         }

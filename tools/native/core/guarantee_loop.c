@@ -201,21 +201,21 @@ static double request_ticks(struct loop *r)
     return r->cost->request / (1.0 - interrupts(r, &until));
 }
 
-// Ticks for which a captured edge may wait. A board of several axes takes edges between two pieces
-// of a request; one of a single axis decodes there.
+// Ticks for which a captured edge may wait. Boards take edges between two pieces of a request. Only
+// while a board of a single axis checks line data it decodes there and does nothing else.
 static double edge_wait_ticks(struct loop *r)
 {
     const struct part *part = &r->axis[0].next.part;
     double until;
     double busy = interrupts(r, &until);
 
-    if (r->several) {
+    if (r->several || r->cost->whole <= r->cost->request) {
         return request_ticks(r);
     }
     if (part->end > part->begin) {
         busy += r->axis[0].next.cycles * r->board->margin / (part->end - part->begin);
     }
-    return r->cost->whole_request / (1.0 - fmin(busy, MOST_BUSY));
+    return r->cost->whole / (1.0 - fmin(busy, MOST_BUSY));
 }
 
 static double round_cost(const struct loop *r)

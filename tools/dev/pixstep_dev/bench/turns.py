@@ -163,8 +163,8 @@ FIGURE = BenchFigure(
     NAME,
     "The longest stay of the main loop in a request, and in a round, cycles",
     "Cycles of the main program between two looks at the axes, interrupts not counted, while all "
-    "axes move plain lines at 20,000 steps/s together. Boards look after them in the middle of long "
-    "requests.",
+    "axes move plain lines at 20,000 steps/s together. Boards look after them in the middle of "
+    "long requests.",
     tasks,
     (
         key("board", "board", left=True),

@@ -72,6 +72,7 @@ def requests(turned: list[dict[str, Any]]) -> dict[str, float]:
         text = str(row["request"])
         kind = costs.DATA if text.startswith("block") else ""
         kind = costs.TURNING if text.endswith(_TURNING) else kind
-        for name, cycles in (("request", "request_cycles"), ("whole_request", "whole_cycles")):
+        names = {costs.REQUEST: "request_cycles"} | ({costs.WHOLE: "whole_cycles"} if kind else {})
+        for name, cycles in names.items():
             found[kind + name] = max(found.get(kind + name, 0.0), row[cycles])
     return found

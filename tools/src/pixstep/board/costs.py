@@ -3,8 +3,8 @@
 
 The names are those of struct guarantee_costs (tools/native/core/guarantee.h). Requests that bring
 line data have costs of their own: `data_` of a line that does not turn, `turning_` of one that
-does. `low` is by what share the table reckons the main loop's work too low in that probe of an
-image where it does so most.
+does, each up to an interlude and as a whole. `low` is by what share the table reckons the main
+loop's work too low in that probe of an image where it does so most.
 """
 
 import json
@@ -60,11 +60,10 @@ class Costs:
     round_locked: float
     turn: float
     request: float
-    whole_request: float
     data_request: float
-    data_whole_request: float
+    data_whole: float
     turning_request: float
-    turning_whole_request: float
+    turning_whole: float
     request_byte: float
     step_isr: float
     train_isr: float
@@ -75,10 +74,11 @@ class Costs:
 
 
 NAMES = tuple(field.name for field in fields(Costs))
-_REQUESTS = ("request", "whole_request")
 DATA, TURNING, MARGIN = "data_", "turning_", "low"
+REQUEST, WHOLE = "request", "whole"
 SHARES = ("other_isr_share", MARGIN)
-OF_REPLAY = tuple(name for name in NAMES if not name.startswith((DATA, TURNING, MARGIN)))
+_KNOWN = tuple(name for name in NAMES if not name.startswith((DATA, TURNING, MARGIN)))
+OF_REPLAY = (*_KNOWN, WHOLE)
 
 
 def of(board: str) -> Costs:
@@ -92,11 +92,11 @@ def of_replay(board: str, *, streamed: bool, turning: bool = False) -> dict[str,
     `streamed`: line data come while the board moves, and some are of a line that is `turning`.
     """
     known = asdict(of(board))
-    kinds = [""]
-    kinds += [DATA] if streamed else []
+    kinds = [DATA] if streamed else []
     kinds += [TURNING] if streamed and turning else []
-    longest = {name: max(known[f"{kind}{name}"] for kind in kinds) for name in _REQUESTS}
-    return {name: known[name] for name in OF_REPLAY} | longest
+    request = max([known[REQUEST], *(known[kind + REQUEST] for kind in kinds)])
+    whole = max([request, *(known[kind + WHOLE] for kind in kinds)])
+    return {name: known[name] for name in _KNOWN} | {REQUEST: request, WHOLE: whole}
 
 
 @cache
