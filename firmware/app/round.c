@@ -564,16 +564,12 @@ void round_poll_briefly(void)
     decode_some(true);
 }
 #else
-void round_poll_briefly(void)
+void round_decode(bool kept)
 {
     cpu_section(CPU_SECTION_INTERLUDE);
-    clock_edges_poll();
-    decode_some(false);
-}
-
-void round_decode(void)
-{
-    cpu_section(CPU_SECTION_INTERLUDE);
-    decode_some(true);
+    if (!kept) {
+        clock_edges_poll();
+    }
+    decode_some(kept);
 }
 #endif

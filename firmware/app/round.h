@@ -8,6 +8,8 @@
 //     +-------------------------------------------------------------------------------+
 #pragma once
 
+#include <stdbool.h>
+
 #include "build_features.h" // SEVERAL_AXES
 
 // The next round begins with the first axis.
@@ -16,14 +18,13 @@ void round_start(void);
 // One round: short, never waits. Call it again and again.
 void round_poll(void);
 
-// What cannot wait for the end of a request. With several axes: edges of the clock, a start that is
-// near, and rings that run low. While what is decoded lasts for all axes, nothing more is done;
-// else accounts are advanced, and the decoder is called for two axes at most, those that run out
-// first.
-// With one axis: edges of the clock are taken, and the decoder is called.
+#if SEVERAL_AXES
+// What cannot wait for the end of a request: edges of the clock, a start that is near, and rings
+// that run low. While what is decoded lasts for all axes, nothing more is done; else accounts are
+// advanced, and the decoder is called for two axes at most, those that run out first.
 void round_poll_briefly(void);
-
-#if !SEVERAL_AXES
-// In the middle of a request, too: the decoder is called, and nothing else is changed.
-void round_decode(void);
+#else
+// In the middle of a request: take the clock's edges and decode. kept: the account and the state of
+// the axis stay as they are, and it is only decoded, as far as the account has freed the ring.
+void round_decode(bool kept);
 #endif

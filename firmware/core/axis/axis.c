@@ -228,7 +228,7 @@ static inline enum line_error check_some(struct line_check *check,
         }
         checked++;
         if (!SEVERAL_AXES) {
-            interlude_to_decode();
+            interlude_of_one(true);
         }
     }
     return LINE_none;

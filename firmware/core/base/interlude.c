@@ -6,6 +6,7 @@ __attribute__((weak)) void interlude(void)
 {
 }
 
-__attribute__((weak)) void interlude_to_decode(void)
+__attribute__((weak)) void interlude_of_one(bool kept)
 {
+    (void)kept;
 }

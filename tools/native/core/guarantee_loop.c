@@ -201,21 +201,32 @@ static double request_ticks(struct loop *r)
     return r->cost->request / (1.0 - interrupts(r, &until));
 }
 
-// Ticks for which a captured edge may wait. Boards take edges between two pieces of a request. Only
-// while a board of a single axis checks line data it decodes there and does nothing else.
+// Ticks for which a captured edge may wait. A board of several axes takes edges between two pieces
+// of a request. One of a single axis decodes there: as much as it makes meanwhile, and no more than
+// there is room for, since its account stands still.
 static double edge_wait_ticks(struct loop *r)
 {
-    const struct part *part = &r->axis[0].next.part;
+    const struct job *next = &r->axis[0].next;
+    double lasts = next->part.end - next->part.begin;
     double until;
     double busy = interrupts(r, &until);
 
-    if (r->several || r->cost->whole <= r->cost->request) {
+    if (r->several) {
         return request_ticks(r);
     }
-    if (part->end > part->begin) {
-        busy += r->axis[0].next.cycles * r->board->margin / (part->end - part->begin);
+    double most = r->cost->whole / (1.0 - busy);
+
+    if (lasts > 0.0 && next->part.entries > 0.0) {
+        double cycles = next->cycles * r->board->margin;
+        double decoding = fmin(busy + cycles / lasts, MOST_BUSY);
+        double parts = RING_ENTRIES / next->part.entries;
+        if (next->part.mark) {
+            parts = fmin(parts, MARKS);
+        }
+        most = fmin(r->cost->whole / (1.0 - decoding),
+                    most + parts * cycles / (1.0 - busy));
     }
-    return r->cost->whole / (1.0 - fmin(busy, MOST_BUSY));
+    return most;
 }
 
 static double round_cost(const struct loop *r)

@@ -24,6 +24,7 @@ from pixstep_dev.bench.figure import BenchFigure, Task, key
 from pixstep_trials import lines
 
 NAME = "turns"
+SPOILT = "a spoilt block"
 _HZ = Fraction(100)
 _RATE = 20_000  # steps/s of all axes together
 _SECONDS = 60.0
@@ -136,7 +137,7 @@ def _requests(run: SimulatedBoard) -> Iterator[tuple[str, Request, int]]:
     if board.has("files"):
         kinds["file of records"] = file(_RECORDS_FILE, 120)
         kinds["file of events"] = file(_EVENTS_FILE, 100)
-    kinds["a spoilt block"] = lambda: ask(_WRITE_MANY, 0x10, 0, 0, 123, 246, *bytes(246))
+    kinds[SPOILT] = lambda: ask(_WRITE_MANY, 0x10, 0, 0, 123, 246, *bytes(246))
     for name, request in kinds.items():
         yield name, request, _TRIES
     mask = (1 << axes) - 1

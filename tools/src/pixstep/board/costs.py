@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """What an image costs its board, in cycles: measured by `pixstep-dev costs`, kept in the package.
 
-The names are those of struct guarantee_costs (tools/native/core/guarantee.h). Requests that bring
-line data have costs of their own: `data_` of a line that does not turn, `turning_` of one that
-does, each up to an interlude and as a whole. `low` is by what share the table reckons the main
+The names are those of struct guarantee_costs (tools/native/core/guarantee.h). A request
+is there up to an interlude, and as a `whole` in which a single axis takes no edge of the clock.
+Requests that bring line data have costs of their own: `data_` of a line that does not turn,
+`turning_` of one that does. `low` is by what share the table reckons the main
 loop's work too low in that probe of an image where it does so most.
 """
 
@@ -60,6 +61,7 @@ class Costs:
     round_locked: float
     turn: float
     request: float
+    whole: float
     data_request: float
     data_whole: float
     turning_request: float
@@ -77,8 +79,7 @@ NAMES = tuple(field.name for field in fields(Costs))
 DATA, TURNING, MARGIN = "data_", "turning_", "low"
 REQUEST, WHOLE = "request", "whole"
 SHARES = ("other_isr_share", MARGIN)
-_KNOWN = tuple(name for name in NAMES if not name.startswith((DATA, TURNING, MARGIN)))
-OF_REPLAY = (*_KNOWN, WHOLE)
+OF_REPLAY = tuple(name for name in NAMES if not name.startswith((DATA, TURNING, MARGIN)))
 
 
 def of(board: str) -> Costs:
@@ -92,11 +93,9 @@ def of_replay(board: str, *, streamed: bool, turning: bool = False) -> dict[str,
     `streamed`: line data come while the board moves, and some are of a line that is `turning`.
     """
     known = asdict(of(board))
-    kinds = [DATA] if streamed else []
-    kinds += [TURNING] if streamed and turning else []
-    request = max([known[REQUEST], *(known[kind + REQUEST] for kind in kinds)])
-    whole = max([request, *(known[kind + WHOLE] for kind in kinds)])
-    return {name: known[name] for name in _KNOWN} | {REQUEST: request, WHOLE: whole}
+    kinds = ["", *([DATA] if streamed else []), *([TURNING] if streamed and turning else [])]
+    longest = {name: max(known[kind + name] for kind in kinds) for name in (REQUEST, WHOLE)}
+    return {name: known[name] for name in OF_REPLAY} | longest
 
 
 @cache
