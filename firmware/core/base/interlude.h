@@ -15,6 +15,6 @@
 // discarded, so that the caller reads an axis's state again afterwards.
 void interlude(void);
 
-// The interlude of a board of one axis: its decoder is called. kept: the account and the state of the
-// axis must stay as they are; else edges of the clock are taken before.
+// The interlude of a board of one axis: its decoder is called. kept: the account and the state of
+// the axis must stay as they are; else edges of the clock are taken before.
 void interlude_of_one(bool kept);

@@ -201,32 +201,38 @@ static double request_ticks(struct loop *r)
     return r->cost->request / (1.0 - interrupts(r, &until));
 }
 
+// Cycles that a single axis decodes for in the middle of a request: until its ring is full, since
+// its account stands still, or of a locked line no more than the present pixel.
+static double decoded_between(const struct loop *r)
+{
+    const struct axis *a = &r->axis[0];
+    const struct part *part = &a->next.part;
+    bool locked = r->board->lead_edges != 0;
+
+    if (!a->known || part->entries <= 0.0 || (locked && is_early(r, a))) {
+        return 0.0;
+    }
+    double parts = fmax(0.0, RING_ENTRIES - a->used) / part->entries;
+
+    if (part->mark) {
+        parts = fmin(parts, MARKS - a->marks);
+    }
+    if (locked && part->end > part->begin) {
+        parts = fmin(parts, r->board->pixel_ticks / (part->end - part->begin));
+    }
+    return parts * a->next.cycles * r->board->margin;
+}
+
 // Ticks for which a captured edge may wait. A board of several axes takes edges between two pieces
-// of a request. One of a single axis decodes there: as much as it makes meanwhile, and no more than
-// there is room for, since its account stands still.
+// of a request; one of a single axis decodes there.
 static double edge_wait_ticks(struct loop *r)
 {
-    const struct job *next = &r->axis[0].next;
-    double lasts = next->part.end - next->part.begin;
     double until;
-    double busy = interrupts(r, &until);
 
     if (r->several) {
         return request_ticks(r);
     }
-    double most = r->cost->whole / (1.0 - busy);
-
-    if (lasts > 0.0 && next->part.entries > 0.0) {
-        double cycles = next->cycles * r->board->margin;
-        double decoding = fmin(busy + cycles / lasts, MOST_BUSY);
-        double parts = RING_ENTRIES / next->part.entries;
-        if (next->part.mark) {
-            parts = fmin(parts, MARKS);
-        }
-        most = fmin(r->cost->whole / (1.0 - decoding),
-                    most + parts * cycles / (1.0 - busy));
-    }
-    return most;
+    return (r->cost->whole + decoded_between(r)) / (1.0 - interrupts(r, &until));
 }
 
 static double round_cost(const struct loop *r)
