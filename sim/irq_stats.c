@@ -183,19 +183,6 @@ static void note_longest(uint64_t *longest, uint64_t cycles)
     }
 }
 
-// The program enters a section that calls others. What comes behind an interlude goes on.
-static void enter_whole(struct irq_stats *s, uint64_t own_cycles)
-{
-    bool goes_on = s->calling == IRQ_SECTION_INTERLUDE && s->section == s->whole;
-
-    if (s->section == IRQ_SECTION_INTERLUDE || goes_on) {
-        return;
-    }
-    note_longest(&s->section_whole[s->whole], own_cycles - s->whole_since);
-    s->whole = s->section;
-    s->whole_since = own_cycles;
-}
-
 // own_cycles: those of the main program so far.
 static void enter_section(struct irq_stats *s, unsigned section, uint64_t own_cycles)
 {
@@ -211,7 +198,6 @@ static void enter_section(struct irq_stats *s, unsigned section, uint64_t own_cy
     s->called_since = own_cycles;
     if (section == 0 || section > IRQ_SECTION_CALLED_LAST) {
         note_longest(&s->section_longest[s->calling], own_cycles - s->calling_since);
-        enter_whole(s, own_cycles);
         s->calling = s->section;
         s->calling_since = own_cycles;
     }
@@ -249,11 +235,10 @@ void irq_stats_reset(struct irq_stats *s)
 {
     s->depth = 0;
     s->woken = s->returned = false;
-    s->section = s->calling = s->whole = 0;
+    s->section = s->calling = 0;
     s->section_since = s->avr->cycle;
     s->section_interrupts_since = s->interrupt_cycles;
     s->calling_since = s->called_since = s->section_since - s->interrupt_cycles;
-    s->whole_since = s->calling_since;
     s->off = true;
     s->started = false;
     s->off_since = s->avr->cycle;
@@ -273,7 +258,6 @@ void irq_stats_mark(struct irq_stats *s)
     }
     s->off_max = s->off_main_max = 0;
     (void)memset(s->section_longest, 0, sizeof s->section_longest);
-    (void)memset(s->section_whole, 0, sizeof s->section_whole);
 }
 
 void irq_stats_section(struct irq_stats *s, uint64_t cycle)

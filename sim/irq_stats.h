@@ -17,10 +17,8 @@
 #define IRQ_VECTORS  64
 #define IRQ_NESTING  16
 #define IRQ_SECTIONS 7
-// Sections 1 to 3 are called by another one, which 7 goes back to. Section 6 comes in the middle of
-// another one.
+// Sections 1 to 3 are called by another one, which 7 goes back to.
 #define IRQ_SECTION_CALLED_LAST 3
-#define IRQ_SECTION_INTERLUDE   6
 #define IRQ_SECTION_CALLER      7
 
 // Data sheet, Interrupt Response Time: 4 cycles minimum, 5 on parts with a 22-bit program counter.
@@ -61,10 +59,6 @@ struct irq_stats {
     uint64_t section_since, section_interrupts_since;
     // The longest stay in each since irq_stats_mark(), with the sections that it called.
     uint64_t section_longest[IRQ_SECTIONS];
-    // The same of stays that an interlude does not end.
-    uint64_t section_whole[IRQ_SECTIONS];
-    unsigned whole; // the section of the present one, which began at these cycles:
-    uint64_t whole_since;
     // The section that calls the others, and the main program's cycles when the stay in it, and in
     // the one that it has called, began.
     unsigned calling;

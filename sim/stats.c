@@ -43,24 +43,28 @@ static void write_handlers(FILE *out, const struct irq_stats *s)
     }
 }
 
-static void write_by_section(FILE *out, const char *name, const uint64_t *values)
-{
-    (void)fprintf(out, ",\"%s\":[", name);
-    for (int i = 0; i < IRQ_SECTIONS; i++) {
-        (void)fprintf(out, "%s%" PRIu64, (i == 0) ? "" : ",", values[i]);
-    }
-    (void)fputs("]", out);
-}
-
 static void write_sections(FILE *out, struct board *b)
 {
     struct irq_stats *s = &b->stats;
 
     irq_stats_section(s, b->avr->cycle); // up to now
-    write_by_section(out, "sections", s->section_cycles);
-    write_by_section(out, "section_entries", s->section_entries);
-    write_by_section(out, "section_longest", s->section_longest);
-    write_by_section(out, "section_whole", s->section_whole);
+    for (int i = 0; i < IRQ_SECTIONS; i++) {
+        (void)fprintf(out, "%s%" PRIu64, (i == 0) ? "" : ",", s->section_cycles[i]);
+    }
+}
+
+static void write_entries(FILE *out, const struct irq_stats *s)
+{
+    for (int i = 0; i < IRQ_SECTIONS; i++) {
+        (void)fprintf(out, "%s%" PRIu64, (i == 0) ? "" : ",", s->section_entries[i]);
+    }
+}
+
+static void write_longest(FILE *out, const struct irq_stats *s)
+{
+    for (int i = 0; i < IRQ_SECTIONS; i++) {
+        (void)fprintf(out, "%s%" PRIu64, (i == 0) ? "" : ",", s->section_longest[i]);
+    }
 }
 
 static void write_axes(FILE *out, const struct board *b)
@@ -78,10 +82,16 @@ static void write_board(FILE *out, struct board *b)
 {
     (void)fprintf(out, "{\"name\":\"%s\",\"handlers\":[", b->kind->name);
     write_handlers(out, &b->stats);
-    (void)fprintf(out, "],\"interrupt_cycles\":%" PRIu64, b->stats.interrupt_cycles);
-    write_sections(out, b);
     (void)fprintf(out,
-                  ",\"sleep_cycles\":%" PRIu64 ",\"stack_free_bytes\":%u,"
+                  "],\"interrupt_cycles\":%" PRIu64 ",\"sections\":[",
+                  b->stats.interrupt_cycles);
+    write_sections(out, b);
+    (void)fputs("],\"section_entries\":[", out);
+    write_entries(out, &b->stats);
+    (void)fputs("],\"section_longest\":[", out);
+    write_longest(out, &b->stats);
+    (void)fprintf(out,
+                  "],\"sleep_cycles\":%" PRIu64 ",\"stack_free_bytes\":%u,"
                   "\"stack_used_bytes\":%u,\"axes\":[",
                   b->run_loop.sleep_cycles,
                   stack_free_bytes(&b->stack, b->avr),

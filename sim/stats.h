@@ -14,8 +14,7 @@
 //    "handlers":[{"vector":..,"name":..,"count":..,"cycles_min":..,"cycles_sum":..,
 //                 "cycles_mean":..,"cycles_max":..,"latency_max":..}],
 //    "interrupt_cycles":..,"sections":[..],"section_entries":[..],
-//    "section_longest":[..],"section_whole":[..],"sleep_cycles":..,
-//    "stack_free_bytes":..,"stack_used_bytes":..,
+//    "section_longest":[..],"sleep_cycles":..,"stack_free_bytes":..,"stack_used_bytes":..,
 //    "axes":[{"steps_rising":..,"steps_signed":..}],
 //    "interrupts_off_max_cycles":..,"interrupts_off_main_max_cycles":..}]}
 //

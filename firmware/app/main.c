@@ -12,23 +12,14 @@
 #include "hal/cpu.h"               // cpu_*
 #include "hal/pins.h"              // pins_start
 
-// In the middle of a request.
-#if SEVERAL_AXES
-void interlude(void)
+// In the middle of a request. The decoder finds nothing to do for a single axis at rest.
+APART void interlude(void)
 {
-    if (axes_first_moving() != NO_AXIS) {
+    if (!SEVERAL_AXES || axes_first_moving() != NO_AXIS) {
         round_poll_briefly();
         cpu_section(CPU_SECTION_SERIAL);
     }
 }
-#else
-// The decoder finds nothing to do for an axis at rest.
-APART void interlude_of_one(bool kept)
-{
-    round_decode(kept);
-    cpu_section(CPU_SECTION_SERIAL);
-}
-#endif
 
 int main(void)
 {

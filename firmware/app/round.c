@@ -257,9 +257,8 @@ static void poll_inputs(void)
     seek_poll();
 }
 
-// Decode for axis i. Returns what is left of the budget. as_it_stands: a request is reading the
-// account of a single axis.
-static inline uint8_t decode_one(uint8_t i, uint8_t budget, bool as_it_stands)
+// Decode for axis i. Returns what is left of the budget.
+static inline uint8_t decode_one(uint8_t i, uint8_t budget)
 {
     struct axis *axis = axes_get(i);
 
@@ -268,7 +267,7 @@ static inline uint8_t decode_one(uint8_t i, uint8_t budget, bool as_it_stands)
         BY_POINTER(axis);
     }
     // An axis that waited for a train has one now: its account was advanced for that.
-    if (CONFIG_AXES == 1 ? !as_it_stands : !axis_awaits_train(axis)) {
+    if (CONFIG_AXES == 1 || !axis_awaits_train(axis)) {
         (void)axes_advance(i, LEDGER_BY_WAYPOINTS);
     }
 #if CONFIG_AXES > 1
@@ -285,8 +284,9 @@ static inline uint8_t decode_one(uint8_t i, uint8_t budget, bool as_it_stands)
 #if CONFIG_AXES == 1
 static inline void decode_in_turn(uint8_t at_once, bool briefly)
 {
+    (void)briefly; // one call is short enough
     if (!decode_is_ahead(axes_get(0))) {
-        (void)decode_one(0, at_once, briefly);
+        (void)decode_one(0, at_once);
     }
 }
 #else
@@ -438,7 +438,7 @@ static void decode_in_turn(uint8_t at_once, bool briefly)
         if (i == NO_AXIS || ends_before(axes_get(i), at_once)) {
             return;
         }
-        left = decode_one(i, at_once, false);
+        left = decode_one(i, at_once);
         if (is_out(axes_get(i), at_once, left)) {
             out |= bit_of(i);
         }
@@ -564,12 +564,10 @@ void round_poll_briefly(void)
     decode_some(true);
 }
 #else
-void round_decode(bool kept)
+void round_poll_briefly(void)
 {
     cpu_section(CPU_SECTION_INTERLUDE);
-    if (!kept) {
-        clock_edges_poll();
-    }
-    decode_some(kept);
+    clock_edges_poll();
+    decode_some(false);
 }
 #endif

@@ -12,9 +12,9 @@ RJMP = 2
 STAYS = (
     (4, 100), (1, 30), (7, 50), (5, 70), (2, 20), (7, 10), (0, 40), (3, 15), (1, 25), (7, 5),
     (4, 200), (5, 60), (9, 33), (4, 90), (1, 31), (7, 3), (1, 29), (0, 1), (2, 12), (7, 7),
-    (4, 190), (6, 45), (1, 8), (7, 4), (4, 60), (5, 80), (6, 9), (4, 11), (0, 0),
+    (4, 0), (6, 45), (1, 8), (7, 4), (0, 0),
 )  # fmt: skip
-BACK, INTERLUDE, LAST, CALLED = 7, 6, 6, (1, 2, 3)
+BACK, LAST, CALLED = 7, 6, (1, 2, 3)
 VECTORS = {
     "uno": {
         1: "INT0", 2: "INT1", 6: "WDT", 7: "TIMER2_COMPA", 8: "TIMER2_COMPB", 9: "TIMER2_OVF",
@@ -59,22 +59,6 @@ def reckoned():
     return cycles, entries, longest
 
 
-def reckoned_whole():
-    """The longest stay of each section that calls others, interludes included."""
-    longest, stays, inside = [0] * 7, [], False
-    for section, nops in STAYS:
-        if section != BACK and section not in CALLED:
-            section = min(section, LAST)
-            goes_on = section == INTERLUDE or (inside and section == stays[-1][0])
-            inside = section == INTERLUDE
-            if not goes_on:
-                stays.append([section, 0])
-        stays[-1][1] += nops + 1
-    for number, stayed in stays:
-        longest[number] = max(longest[number], stayed)
-    return longest
-
-
 class Sections(unittest.TestCase):
     """images/sections.c"""
 
@@ -87,7 +71,6 @@ class Sections(unittest.TestCase):
         self.assertEqual(stats["sections"][1:], cycles[1:])
         self.assertEqual(stats["section_entries"], entries)
         self.assertEqual(stats["section_longest"][1:], longest[1:])
-        self.assertEqual(stats["section_whole"][1:], reckoned_whole()[1:])
         handler = RESPONSE[board] + RJMP + 10 + RESPONSE[board]
         self.assertEqual(stats["interrupt_cycles"], handler)
         # The run ends with an instruction.

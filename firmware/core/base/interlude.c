@@ -5,8 +5,3 @@
 __attribute__((weak)) void interlude(void)
 {
 }
-
-__attribute__((weak)) void interlude_of_one(bool kept)
-{
-    (void)kept;
-}

@@ -7,14 +7,8 @@
 //     axes               | interlude |       | interlude |
 #pragma once
 
-#include <stdbool.h>
-
 // Called in the main loop, in the middle of work that may take thousands of cycles, at a place
 // where nothing is half done. The image of a board looks after its axes there, if one of them moves
 // (app/main.c). The caller must bear what the axes do meanwhile: a line may end, fail or be
 // discarded, so that the caller reads an axis's state again afterwards.
 void interlude(void);
-
-// The interlude of a board of one axis: its decoder is called. kept: the account and the state of
-// the axis must stay as they are; else edges of the clock are taken before.
-void interlude_of_one(bool kept);

@@ -58,7 +58,7 @@ uint16_t crc16_go_on(uint16_t crc, const uint8_t *bytes, uint16_t length)
         uint8_t left = (uint8_t)length;
         BY_BYTE(left);
         if (!SEVERAL_AXES && left % BYTES_AT_ONCE == 0) {
-            interlude_of_one(false);
+            interlude();
         }
     }
     return crc;

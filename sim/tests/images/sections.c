@@ -61,14 +61,10 @@ int main(void)
     STAY(s0, 1); // not back to its caller
     STAY(s2, 12);
     STAY(back, 7);
-    STAY(s4, 190);
-    STAY(s6, 45); // in the middle of 4, which goes on
+    STAY(s4, 0);
+    STAY(s6, 45);
     STAY(s1, 8);
     STAY(back, 4);
-    STAY(s4, 60);
-    STAY(s5, 80);
-    STAY(s6, 9);
-    STAY(s4, 11); // not what it came in the middle of
     STAY(s0, 0);
     cli();
     RESULT[0] = 0x600D;

@@ -72,7 +72,6 @@ struct guarantee_costs {
     double edge, round, edge_locked, round_locked;
     double turn;
     double request;
-    double whole;
     double request_byte;
     double step_isr, train_isr, edge_isr, byte_isr, other_isr_share;
 };

@@ -45,8 +45,7 @@ struct guarantee_costs {
     // An edge of the clock, a pass of the main loop with nothing to do; of locked lines.
     double edge, round, edge_locked, round_locked;
     double turn;         // more of a round for each call of the decoder
-    double request;      // the longest request, up to what it lets in between
-    double whole;        // the longest in which no edge of the clock is taken
+    double request;      // the longest request
     double request_byte; // requests of a saturated bus, for each byte on the bus
     // Interrupts: a step, one of a pulse train, an edge, a byte; share of all others.
     double step_isr, train_isr, edge_isr, byte_isr, other_isr_share;

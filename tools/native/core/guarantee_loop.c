@@ -201,40 +201,6 @@ static double request_ticks(struct loop *r)
     return r->cost->request / (1.0 - interrupts(r, &until));
 }
 
-// Cycles that a single axis decodes for in the middle of a request: until its ring is full, since
-// its account stands still, or of a locked line no more than the present pixel.
-static double decoded_between(const struct loop *r)
-{
-    const struct axis *a = &r->axis[0];
-    const struct part *part = &a->next.part;
-    bool locked = r->board->lead_edges != 0;
-
-    if (!a->known || part->entries <= 0.0 || (locked && is_early(r, a))) {
-        return 0.0;
-    }
-    double parts = fmax(0.0, RING_ENTRIES - a->used) / part->entries;
-
-    if (part->mark) {
-        parts = fmin(parts, MARKS - a->marks);
-    }
-    if (locked && part->end > part->begin) {
-        parts = fmin(parts, r->board->pixel_ticks / (part->end - part->begin));
-    }
-    return parts * a->next.cycles * r->board->margin;
-}
-
-// Ticks for which a captured edge may wait. A board of several axes takes edges between two pieces
-// of a request; one of a single axis decodes there.
-static double edge_wait_ticks(struct loop *r)
-{
-    double until;
-
-    if (r->several) {
-        return request_ticks(r);
-    }
-    return (r->cost->whole + decoded_between(r)) / (1.0 - interrupts(r, &until));
-}
-
 static double round_cost(const struct loop *r)
 {
     return r->board->lead_edges != 0 ? r->cost->round_locked : r->cost->round;
@@ -324,7 +290,7 @@ static void take_edges(struct loop *r)
     double cycles = edge_cost(r);
     double most = r->several ? EDGES_SEVERAL : EDGES_ONE;
 
-    if (waiting > most || edge_wait_ticks(r) > most * r->edge_ticks) {
+    if (waiting > most || request_ticks(r) > most * r->edge_ticks) {
         lose(r, &r->axis[0], (waiting - most) * r->edge_ticks);
     }
     for (uint32_t left = waiting > 0.0 ? (uint32_t)waiting : 0; left != 0; left--) {

@@ -22,30 +22,15 @@ def following(view: dict[str, Any]) -> int:
     return int(view["sections"][SECTIONS.index("ledger")])
 
 
-def longest(stats: dict[str, Any], section: str, *, whole: bool = False) -> int:
-    """Return the longest stay in a section, with those it calls, by a board's statistics.
-
-    whole: with the interludes, which else end it.
-    """
-    return int(stats["section_whole" if whole else "section_longest"][SECTIONS.index(section)])
+def longest(stats: dict[str, Any], section: str) -> int:
+    """Return the longest stay in a section, with those it calls, by a board's statistics."""
+    return int(stats["section_longest"][SECTIONS.index(section)])
 
 
 def passes(view: dict[str, Any]) -> int:
     """Return how often the main loop went round."""
     entries = dict(zip(SECTIONS, view["section_entries"], strict=True))
     return int(entries[_PASS] - entries[_INSIDE])
-
-
-def bus(before: dict[str, Any], after: dict[str, Any]) -> tuple[int, int]:
-    """Return the cycles of requests and the passes of the main loop between two views.
-
-    The cycles are with the interludes, but without what those decode.
-    """
-    places = [SECTIONS.index(name) for name in (_PASS, _INSIDE)]
-    return (
-        sum(after["sections"][place] - before["sections"][place] for place in places),
-        passes(after) - passes(before),
-    )
 
 
 def pass_cycles(view: dict[str, Any]) -> float:

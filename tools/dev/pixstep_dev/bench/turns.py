@@ -24,7 +24,6 @@ from pixstep_dev.bench.figure import BenchFigure, Task, key
 from pixstep_trials import lines
 
 NAME = "turns"
-SPOILT = "a spoilt block"
 _HZ = Fraction(100)
 _RATE = 20_000  # steps/s of all axes together
 _SECONDS = 60.0
@@ -56,10 +55,7 @@ def tasks() -> list[Task]:
 
 
 def measure(board: str) -> list[dict[str, Any]]:
-    """Return the longest request and round of a board for each kind of request.
-
-    `request_cycles`: the longest stay, up to an interlude; `whole_cycles`: with the interludes.
-    """
+    """Return the longest request and round of a board for each kind of request."""
     rows = [_row(board, *found) for found in _measured(board, _requests)]
     for name in DATA:
         for size in _BLOCKS_BYTES:
@@ -72,7 +68,6 @@ def _row(board: str, request: str, stats: dict[str, Any]) -> dict[str, Any]:
         "board": board,
         "request": request,
         "request_cycles": sections.longest(stats, "serial"),
-        "whole_cycles": sections.longest(stats, "serial", whole=True),
         "round_cycles": sections.longest(stats, "round"),
     }
 
@@ -111,6 +106,7 @@ def _requests(run: SimulatedBoard) -> Iterator[tuple[str, Request, int]]:
     def file(number: int, words: int) -> Request:
         return lambda: ask(_READ_FILES, 7, 6, *struct.pack(">HHH", number, 0, words))
 
+    records = regs.RECORD_HEAD + regs.RECORD_REGISTERS * board.record_capacity()
     axes_end = regs.AXIS_BASE + axes * regs.AXIS_STRIDE
     first = board.map.input("fault_mask_high").address
     last = board.map.input("clock_expected_ticks").address + 1
@@ -121,8 +117,8 @@ def _requests(run: SimulatedBoard) -> Iterator[tuple[str, Request, int]]:
         "an axis": read(_READ_INPUTS, regs.AXIS_BASE, regs.AXIS_STRIDE),
         "board and axes": read(_READ_INPUTS, 0, min(axes_end, _MOST)),
         "room": read(_READ_INPUTS, regs.ROOM_BASE, axes),
-        "records": read(_READ_INPUTS, regs.RECORD_BASE, _MOST - 1),
-        "records, not whole": read(_READ_INPUTS, regs.RECORD_BASE + 5, _MOST - 3),
+        "records": read(_READ_INPUTS, regs.RECORD_BASE, records),
+        "records, not whole": read(_READ_INPUTS, regs.RECORD_BASE + 5, records - 5),
         "settings": read(_READ_HOLDINGS, 0, 25),
         "a setting": lambda: ask(_WRITE, 0, 8, 0, 5),
     }
@@ -137,7 +133,7 @@ def _requests(run: SimulatedBoard) -> Iterator[tuple[str, Request, int]]:
     if board.has("files"):
         kinds["file of records"] = file(_RECORDS_FILE, 120)
         kinds["file of events"] = file(_EVENTS_FILE, 100)
-    kinds[SPOILT] = lambda: ask(_WRITE_MANY, 0x10, 0, 0, 123, 246, *bytes(246))
+    kinds["a spoilt block"] = lambda: ask(_WRITE_MANY, 0x10, 0, 0, 123, 246, *bytes(246))
     for name, request in kinds.items():
         yield name, request, _TRIES
     mask = (1 << axes) - 1
@@ -171,7 +167,6 @@ FIGURE = BenchFigure(
         key("board", "board", left=True),
         key("request", "request", left=True),
         key("longest stay in it", "request_cycles"),
-        key("all of it", "whole_cycles"),
         key("longest round meanwhile", "round_cycles"),
     ),
 )

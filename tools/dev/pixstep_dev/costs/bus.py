@@ -4,9 +4,8 @@
 from fractions import Fraction
 from typing import Any
 
-from pixstep.board import boards, costs
+from pixstep.board import boards
 from pixstep.simulation.simulated_board import SerialLoad, SimulatedBoard
-from pixstep.simulation.simulator import Simulator
 from pixstep_dev.bench import sections, turns
 from pixstep_trials import lines
 
@@ -16,7 +15,7 @@ _LOAD_S = 1.0
 _TURNING = ", turning"
 
 
-def measure(board: str) -> dict[str, float]:
+def costs(board: str) -> dict[str, float]:
     """Return the costs that the bus causes."""
     axes = list(range(boards.load(board).axes))
     count = lines.count_at(_RATE // len(axes), _HZ)
@@ -26,19 +25,19 @@ def measure(board: str) -> dict[str, float]:
         under.arm()
         under.link.world.wait(0.3)
         simulator = under.simulator
-        before = _row(simulator)
+        before = simulator.stats()
         simulator.run(simulator.cycles(0.2))
-        idle = sections.bus(before, _row(simulator))
+        idle = _serial(before, simulator.stats())
         a_pass = idle[0] / idle[1]
         load = SerialLoad(under.board, axes, under.uploads)
-        before = _row(simulator)
+        before = simulator.stats()
         simulator.mark()
         end = simulator.cycle + simulator.cycles(_LOAD_S)
         while simulator.cycle < end:
             load.until(simulator, end)
-        after = _row(simulator)
-        spent, passes = sections.bus(before, after)
-        handlers = {row["name"]: row for row in after["handlers"]}
+        after = simulator.stats()
+        spent, passes = _serial(before, after)
+        handlers = {row["name"]: row for row in after["boards"][0]["handlers"]}
         sent = sum(
             row["count"] for name, row in handlers.items() if name.endswith(("_RX", "_UDRE"))
         )
@@ -57,23 +56,25 @@ def measure(board: str) -> dict[str, float]:
     }
 
 
-def _row(simulator: Simulator) -> dict[str, Any]:
-    row: dict[str, Any] = simulator.stats()["boards"][0]
-    return row
-
-
 def requests(turned: list[dict[str, Any]]) -> dict[str, float]:
-    """Return the longest request, that brings line data, that brings those of a line that turns.
-
-    Each up to an interlude, and whole.
-    """
-    found: dict[str, float] = {}
+    """Return the longest request, that brings line data, that brings those of a line that turns."""
+    found = dict.fromkeys(("request", "data_request", "turning_request"), 0.0)
     for row in turned:
         text = str(row["request"])
-        kind = costs.DATA if text.startswith("block") else ""
-        kind = costs.TURNING if text.endswith(_TURNING) else kind
-        for name, cycles in ((costs.REQUEST, "request_cycles"), (costs.WHOLE, "whole_cycles")):
-            if name == costs.WHOLE and text == turns.SPOILT:
-                continue  # a checksum, in which edges are taken
-            found[kind + name] = max(found.get(kind + name, 0.0), row[cycles])
+        name = "data_request" if text.startswith("block") else "request"
+        name = "turning_request" if text.endswith(_TURNING) else name
+        found[name] = max(found[name], row["request_cycles"])
     return found
+
+
+def _serial(before: dict[str, Any], after: dict[str, Any]) -> tuple[int, int]:
+    """Return the cycles of requests and the passes of the main loop between two moments.
+
+    The cycles are with the interludes, but without what those decode.
+    """
+    old, new = before["boards"][0], after["boards"][0]
+    places = [sections.SECTIONS.index(name) for name in ("serial", "interlude")]
+    return (
+        sum(new["sections"][place] - old["sections"][place] for place in places),
+        sections.passes(new) - sections.passes(old),
+    )

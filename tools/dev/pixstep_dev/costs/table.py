@@ -16,7 +16,7 @@ LEAST = 2.0  # cycles
 def measure(board: str) -> dict[str, float]:
     """Measure the costs of a board's image."""
     spent = probes.run_all(board, probes.of_board(board))
-    found = fit.fit(board, spent) | interrupts(board, spent) | bus.measure(board)
+    found = fit.fit(board, spent) | interrupts(board, spent) | bus.costs(board)
     return {name: round(found[name], 6 if name in costs.SHARES else 1) for name in NAMES}
 
 

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: MIT
 """What an image costs its board, in cycles: measured by `pixstep-dev costs`, kept in the package.
 
-The names are those of struct guarantee_costs (tools/native/core/guarantee.h). A request
-is there up to an interlude, and as a `whole` in which a single axis takes no edge of the clock.
-Requests that bring line data have costs of their own: `data_` of a line that does not turn,
-`turning_` of one that does. `low` is by what share the table reckons the main
+The names are those of struct guarantee_costs (tools/native/core/guarantee.h), and `data_request`
+and `turning_request` the longest requests that bring line data, of a line that does not turn and of
+one that does, and `low` by what share the table reckons the main
 loop's work too low in that probe of an image where it does so most.
 """
 
@@ -61,11 +60,8 @@ class Costs:
     round_locked: float
     turn: float
     request: float
-    whole: float
     data_request: float
-    data_whole: float
     turning_request: float
-    turning_whole: float
     request_byte: float
     step_isr: float
     train_isr: float
@@ -76,10 +72,9 @@ class Costs:
 
 
 NAMES = tuple(field.name for field in fields(Costs))
-DATA, TURNING, MARGIN = "data_", "turning_", "low"
-REQUEST, WHOLE = "request", "whole"
+_DATA, _TURNING, MARGIN = "data_request", "turning_request", "low"
 SHARES = ("other_isr_share", MARGIN)
-OF_REPLAY = tuple(name for name in NAMES if not name.startswith((DATA, TURNING, MARGIN)))
+OF_REPLAY = tuple(name for name in NAMES if name not in (_DATA, _TURNING, MARGIN))
 
 
 def of(board: str) -> Costs:
@@ -93,9 +88,10 @@ def of_replay(board: str, *, streamed: bool, turning: bool = False) -> dict[str,
     `streamed`: line data come while the board moves, and some are of a line that is `turning`.
     """
     known = asdict(of(board))
-    kinds = ["", *([DATA] if streamed else []), *([TURNING] if streamed and turning else [])]
-    longest = {name: max(known[kind + name] for kind in kinds) for name in (REQUEST, WHOLE)}
-    return {name: known[name] for name in OF_REPLAY} | longest
+    longest = [known["request"]]
+    longest += [known[_DATA]] if streamed else []
+    longest += [known[_TURNING]] if streamed and turning else []
+    return {name: known[name] for name in OF_REPLAY} | {"request": max(longest)}
 
 
 @cache
