@@ -6,20 +6,21 @@
 #include "app/settings/settings.h" // settings_override_address
 #include "app/watch/safety.h"      // safety_start
 #include "app/watch/time_check.h"  // time_check_start
-#include "base/apart.h"            // APART
 #include "base/interlude.h"        // interlude
 #include "hal/clock.h"             // clock_start
 #include "hal/cpu.h"               // cpu_*
 #include "hal/pins.h"              // pins_start
 
-// In the middle of a request. The decoder finds nothing to do for a single axis at rest.
-APART void interlude(void)
+#if SEVERAL_AXES
+// In the middle of a request.
+void interlude(void)
 {
-    if (!SEVERAL_AXES || axes_first_moving() != NO_AXIS) {
+    if (axes_first_moving() != NO_AXIS) {
         round_poll_briefly();
         cpu_section(CPU_SECTION_SERIAL);
     }
 }
+#endif
 
 int main(void)
 {

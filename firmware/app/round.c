@@ -563,11 +563,4 @@ void round_poll_briefly(void)
     }
     decode_some(true);
 }
-#else
-void round_poll_briefly(void)
-{
-    cpu_section(CPU_SECTION_INTERLUDE);
-    clock_edges_poll();
-    decode_some(false);
-}
 #endif

@@ -8,14 +8,17 @@
 //     +-------------------------------------------------------------------------------+
 #pragma once
 
+#include "build_features.h" // SEVERAL_AXES
+
 // The next round begins with the first axis.
 void round_start(void);
 
 // One round: short, never waits. Call it again and again.
 void round_poll(void);
 
-// What cannot wait for the end of a request. With several axes: edges of the clock, a start that is
-// near, and rings that run low. While what is decoded lasts for all axes, nothing more is done;
-// else accounts are advanced, and the decoder is called for two axes at most, those that run out
-// first. With one axis: edges of the clock are taken, and the decoder is called.
+#if SEVERAL_AXES
+// What cannot wait for the end of a request: edges of the clock, a start that is near, and rings
+// that run low. While what is decoded lasts for all axes, nothing more is done; else accounts are
+// advanced, and the decoder is called for two axes at most, those that run out first.
 void round_poll_briefly(void);
+#endif

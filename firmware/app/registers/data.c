@@ -44,17 +44,12 @@ struct area {
     uint16_t end;
 };
 
-// Behind the last record that the last axis keeps.
-#define RECORDS_END                                                                      \
-    (REG_RECORD_BASE + (CONFIG_AXES - 1u) * REG_RECORD_STRIDE + REG_RECORD_HEADER +      \
-     RECORDS_KEPT * REG_RECORD_WORDS)
-
 // The input registers that there are, in order.
 static const struct area input_areas[] IN_FLASH = {
     {0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE},
     {REG_INPUT_fault_mask_high, REG_INPUT_features_high + 1u},
     {REG_ROOM_BASE, REG_ROOM_BASE + CONFIG_AXES},
-    {REG_RECORD_BASE, RECORDS_END},
+    {REG_RECORD_BASE, REG_RECORD_BASE + CONFIG_AXES * REG_RECORD_STRIDE},
 #if FEATURE_EVENTS
     {REG_EVENT_BASE, REG_EVENT_BASE + REG_EVENT_HEADER + CONFIG_EVENTS * REG_EVENT_WORDS},
 #endif

@@ -227,9 +227,6 @@ static inline enum line_error check_some(struct line_check *check,
             (*whole_lines)++;
         }
         checked++;
-        if (!SEVERAL_AXES) {
-            interlude();
-        }
     }
     return LINE_none;
 }
@@ -281,10 +278,6 @@ static enum block_result check_block(struct axis *axis,
             return BLOCK_FULL;
         }
     } while (goes_on);
-    // A clock's fault in an interlude of a single axis.
-    if (!SEVERAL_AXES && axis->life.state == AXIS_FAULT) {
-        return BLOCK_FULL;
-    }
     axis->check = check;
     axis->line_warning = check.warning;
     return BLOCK_TAKEN;

@@ -184,8 +184,8 @@ uint16_t axis_block_divider(const struct axis *axis, const struct block *block);
 #endif
 
 // Queue a block: all of its entries or none. limits: what the present settings allow. The check
-// takes time with every entry. There are interludes. On boards of several axes the axis may end its
-// line or fail in them; the result is BLOCK_FULL where the block must therefore come again. A
+// takes time with every entry. On boards of several axes there are interludes, in which the axis
+// may end its line or fail; the result is BLOCK_FULL where the block must therefore come again. A
 // refused block makes an axis that is neither armed nor running REFUSED.
 enum block_result axis_queue_block(struct axis *axis,
                                    const struct line_limits *limits,

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Long work of the main loop, in pieces: checksums, replies and checks of line data. No request may
-// keep a board from its rings for 4,000 cycles, so whoever works for longer calls interlude() on
-// the way. A program without axes to look after gets the empty interlude() of interlude.c.
+// keep a board of several axes from its rings for 4,000 cycles, so that whoever works for longer
+// calls interlude() on the way. A program without axes to look after gets the empty interlude() of
+// interlude.c.
 //
 //     request    | piece |           | piece |           | piece |
 //     axes               | interlude |       | interlude |

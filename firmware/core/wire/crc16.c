@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "wire/crc16.h"
 
-#include "base/apart.h"     // BY_BYTE
 #include "base/flash.h"     // IN_FLASH_BEHIND
-#include "base/interlude.h" // interlude
 #include "build_features.h" // BOARD_ALL_FEATURES
 
 // What a byte leaves: the parity of the byte contributes 0xC001, and each bit contributes itself
@@ -48,18 +46,10 @@ static uint16_t byte_remainder(uint8_t byte)
 
 #endif
 
-// Where checksums are made as a whole an interlude comes once in so many bytes, a power of two.
-#define BYTES_AT_ONCE 64u
-
 uint16_t crc16_go_on(uint16_t crc, const uint8_t *bytes, uint16_t length)
 {
-    for (; length != 0; length--) {
-        crc = (uint16_t)((crc >> 8) ^ byte_remainder((uint8_t)(crc ^ *bytes++)));
-        uint8_t left = (uint8_t)length;
-        BY_BYTE(left);
-        if (!SEVERAL_AXES && left % BYTES_AT_ONCE == 0) {
-            interlude();
-        }
+    for (uint16_t i = 0; i < length; i++) {
+        crc = (uint16_t)((crc >> 8) ^ byte_remainder((uint8_t)(crc ^ bytes[i])));
     }
     return crc;
 }

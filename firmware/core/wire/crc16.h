@@ -15,8 +15,8 @@
 //     receive    crc16(bytes, n + 2) == 0
 //
 // Each byte's remainder comes from a table of 512 bytes in flash or, on the smaller board, is
-// computed, at twice the time. The functions have no state, and their time grows with `length`:
-// with one axis an interlude comes once in 64 bytes. Main loop only.
+// computed, at twice the time. The functions have no state and may be called from any context;
+// their time grows with `length`.
 
 // The checksum of some bytes and then of `length` more (0: crc as it is). crc: the checksum of the
 // bytes before, CRC16_START for none.

@@ -58,7 +58,7 @@ void frame_reset(struct frame *frame);
 // Examine the bytes received so far. ended: silence follows them. address: the unit address of this
 // board. Unless the result is FRAME_PARTIAL, frame->length is the number of bytes that the result
 // is about; the caller drops them, and the next call examines what follows. Takes up to 30 cycles a
-// byte; a long frame brings interludes.
+// byte; on boards of several axes a long frame brings interludes.
 //
 // The function code alone does not tell a request from a reply on a shared bus, so that several
 // lengths are tried, and the checksum decides.
@@ -80,5 +80,5 @@ uint8_t frame_rule(uint8_t function);
 uint16_t frame_length_by(const struct frame *frame, uint8_t rule);
 
 // Append the checksum to `length` bytes of the frame. Returns the length to send: `length` + 2. The
-// caller makes sure that both bytes fit. A long frame brings interludes.
+// caller makes sure that both bytes fit. On boards of several axes a long frame brings interludes.
 uint16_t frame_seal(struct frame *frame, uint16_t length);

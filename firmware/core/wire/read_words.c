@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "wire/read_words.h"
 
-#include "base/interlude.h"    // interlude
-#include "build_features.h"    // SEVERAL_AXES
-#include "wire/bytes.h"        // put_word
-#include "wire/register_map.h" // REG_AXIS_BASE
-#include "wire/server_data.h"  // data_*
+#include "build_features.h"   // SEVERAL_AXES
+#include "wire/bytes.h"       // put_word
+#include "wire/server_data.h" // data_*
 
 // Read what is quicker as a whole. Returns the number of registers, 0: none is.
 static inline uint8_t read_several(uint8_t *to,
@@ -21,10 +19,6 @@ uint8_t *read_words(uint8_t *to, uint16_t address, uint8_t count, bool inputs)
     while (count != 0) {
         uint8_t read = read_several(to, address, count, inputs);
         if (read == 0) {
-            // The board's registers are over, and no value goes on in the axis's.
-            if (!SEVERAL_AXES && address == REG_AXIS_BASE) {
-                interlude();
-            }
             put_word(to, inputs ? data_input(address) : data_holding(address));
             read = 1;
         }

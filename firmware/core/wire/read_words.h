@@ -12,5 +12,5 @@
 
 // Read `count` (0..125) mapped input registers (inputs: true) or holding registers from `address`
 // on, big-endian. The caller has checked that the registers exist and that 2 * count bytes fit.
-// Returns the place after them. There may be interludes.
+// Returns the place after them. On boards of several axes there may be interludes.
 uint8_t *read_words(uint8_t *to, uint16_t address, uint8_t count, bool inputs);

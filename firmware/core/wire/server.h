@@ -63,5 +63,5 @@ static inline bool server_listens_only(const struct server_counters *counters)
 // or in listen-only mode. An exception is a reply of 3 bytes; the request has then changed nothing.
 // The request's bytes mean nothing afterwards. If the frame is a broadcast, nothing beyond
 // frame->length is written, because the next request may already lie there. May take some hundred
-// microseconds; there may be interludes.
+// microseconds; on boards of several axes there may be interludes.
 uint8_t server_serve(struct frame *frame, struct server_counters *counters);

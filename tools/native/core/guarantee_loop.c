@@ -213,8 +213,7 @@ static double edge_cost(const struct loop *r)
 
 // After the longest request a single axis has a round before it decodes, and an edge may come in
 // it. Its ring is low then, and batches of its curves are short: what it takes to begin a batch
-// must be made up for by what the batch has over what it costs. And the next request may be as long
-// and come right after that round.
+// must be made up for by what the batch has over what it costs.
 static double spare_ticks(struct loop *r, const struct axis *a)
 {
     const struct guarantee_costs *c = r->cost;
@@ -227,7 +226,7 @@ static double spare_ticks(struct loop *r, const struct axis *a)
     double slower = r->board->margin / (1.0 - interrupts(r, &until));
     double begin = slower * (round_cost(r) + edge_cost(r) + c->turn + c->account +
                              c->call + c->short_batch);
-    double spare = fmax(fmax(r->board->spare_ticks, begin), request_ticks(r));
+    double spare = fmax(r->board->spare_ticks, begin);
 
     if (a->walk.kind != CURVE || part->steps < BATCH_LOW) {
         return spare;

@@ -106,7 +106,6 @@ def _requests(run: SimulatedBoard) -> Iterator[tuple[str, Request, int]]:
     def file(number: int, words: int) -> Request:
         return lambda: ask(_READ_FILES, 7, 6, *struct.pack(">HHH", number, 0, words))
 
-    records = regs.RECORD_HEAD + regs.RECORD_REGISTERS * board.record_capacity()
     axes_end = regs.AXIS_BASE + axes * regs.AXIS_STRIDE
     first = board.map.input("fault_mask_high").address
     last = board.map.input("clock_expected_ticks").address + 1
@@ -117,8 +116,8 @@ def _requests(run: SimulatedBoard) -> Iterator[tuple[str, Request, int]]:
         "an axis": read(_READ_INPUTS, regs.AXIS_BASE, regs.AXIS_STRIDE),
         "board and axes": read(_READ_INPUTS, 0, min(axes_end, _MOST)),
         "room": read(_READ_INPUTS, regs.ROOM_BASE, axes),
-        "records": read(_READ_INPUTS, regs.RECORD_BASE, records),
-        "records, not whole": read(_READ_INPUTS, regs.RECORD_BASE + 5, records - 5),
+        "records": read(_READ_INPUTS, regs.RECORD_BASE, _MOST - 1),
+        "records, not whole": read(_READ_INPUTS, regs.RECORD_BASE + 5, _MOST - 3),
         "settings": read(_READ_HOLDINGS, 0, 25),
         "a setting": lambda: ask(_WRITE, 0, 8, 0, 5),
     }
@@ -160,8 +159,8 @@ FIGURE = BenchFigure(
     NAME,
     "The longest stay of the main loop in a request, and in a round, cycles",
     "Cycles of the main program between two looks at the axes, interrupts not counted, while all "
-    "axes move plain lines at 20,000 steps/s together. Boards look after them in the middle of "
-    "long requests.",
+    "axes move plain lines at 20,000 steps/s together. Boards of several axes look after them in "
+    "the middle of long requests.",
     tasks,
     (
         key("board", "board", left=True),

@@ -290,8 +290,7 @@ class SerialLoad:
     def _kinds(self, axes: list[int]) -> list[Callable[[], object]]:
         """Return one rotation of requests."""
         board = self._board
-        kept = regs.RECORD_HEAD + regs.RECORD_REGISTERS * board.record_capacity()
-        records = regs.RECORD_STRIDE * axes[-1] + kept
+        records = regs.RECORD_STRIDE * (axes[-1] + 1)
         setup = board.map.holding("dir_setup_us")
         setup_us = board.read_holdings(setup.address, 1)[0]
         kinds: list[Callable[[], object]] = [
