@@ -14,8 +14,14 @@
 #include "wire/register_map.h"      // REG_*
 #include "wire/server_data.h"       // data_*
 
+// Behind the last record that is kept.
+#define RECORDS_END (REG_RECORD_HEADER + RECORDS_KEPT * REG_RECORD_WORDS)
+
 static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
 {
+    if (offset >= RECORDS_END) {
+        return 0;
+    }
     BY_POINTER_SMALL(ledger);
     uint8_t count = records_shown(&ledger->records);
 
