@@ -74,10 +74,10 @@ static bool is_early(const struct loop *r, const struct axis *a)
     if (b->lead_edges == 0 || a->walk.done > 0.0) {
         return false;
     }
-    if (!r->started && r->several) {
-        lead = (lead - 1.0) * WAITING_LEADS + 1.0;
-    } else if (r->several) {
-        lead += b->more_edges;
+    // A line that waits goes on once more when it gets its place, an edge or more before line zero.
+    if (r->several) {
+        double waiting = r->started ? 0.0 : (lead - 1.0) * WAITING_LEADS + 1.0;
+        lead = fmax(lead + b->more_edges, waiting);
     }
     // The pixel begins at the edge before its number, counted from line zero; before that none has
     // come.

@@ -31,7 +31,7 @@ LONE = 1.02  # of that of a single axis: at 500,000 baud some runs end in underr
 # Chosen by the campaign's sets, and by lines at the guaranteed rates beside a saturated bus: with
 # less, some that were accepted failed. On a fast clock, and in the middle of a request of a board
 # of many axes, looks at each of them add up.
-_MARGINS, _SPARE_TICKS = (1.0, 1.05, 1.1), 3000
+_MARGINS, _SPARE_TICKS = (1.0, 1.05, 1.1), 5000
 _FAST_HZ, _FEW_AXES, _MORE_MARGINS = 1500, 1, (1.18, 1.25)  # hertz of the clock's edges
 ADVICE = "beyond=True lets the board try"
 MOTIONS = ("constant", "smooth", "ramp")
