@@ -137,9 +137,9 @@ static inline uint16_t line_curved_steps(const struct line *line)
 // not, or no segment is in work. After line_even_steps(), which takes the segment.
 static inline uint16_t line_many_steps(const struct line *line, bool negative)
 {
-    int16_t count = line->source.segment.count;
-    uint16_t steps = (uint16_t)(count < 0 ? -count : count);
-    bool even = line->source.smooth ? steps == line->speed : (count < 0) == negative;
+    uint16_t steps = segment_source_steps(&line->source);
+    bool even = line->source.smooth ? steps == line->speed
+                                    : (line->source.segment.count < 0) == negative;
 
     return even && line->source.segment.repeat != 0 ? steps : 0;
 }
