@@ -7,7 +7,6 @@ A run's files appear together at its end; a run that fails or is killed leaves t
 """
 
 import contextlib
-import hashlib
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -87,6 +86,8 @@ def _refuse_others(out: Path, wanted: list[str], ours: _Sums) -> None:
 
 def _sum(path: Path) -> str:
     with path.open("rb") as file:
+        import hashlib
+
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 

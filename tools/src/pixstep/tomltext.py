@@ -3,12 +3,17 @@
 
 import io
 import re
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pixstep.errors import RefusedError, UserError
+from pixstep.lazy import lazy
+
+if TYPE_CHECKING:
+    import tomllib
+else:
+    tomllib = lazy("tomllib")
 
 _LONG_NUMBER = re.compile(r"\d{1000}")
 _MARK = "pixstep-looks-for-this-line"
@@ -66,7 +71,7 @@ def line_of(text: str, keys: Sequence[str | int]) -> int | None:
     return before.count("\n") + 1 - inside.count("\n")
 
 
-def _place_and_reason(error: tomllib.TOMLDecodeError) -> str:
+def _place_and_reason(error: "tomllib.TOMLDecodeError") -> str:
     """Return ":line:column: what", which the parser says the other way round."""
     found = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", str(error))
     return f":{found[2]}:{found[3]}: {found[1]}" if found else f": {error}"

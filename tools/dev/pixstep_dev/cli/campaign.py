@@ -9,8 +9,8 @@ import click
 from pixstep import atomic, progress
 from pixstep.board import boards
 from pixstep.cli.command import OUTPUT, command
+from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH
-from pixstep.simulation import report
 from pixstep_dev.randomlines import campaign
 
 
@@ -40,7 +40,7 @@ def campaign_command(
     with progress.shown(f"{board} campaign") as show:
         outcome = campaign.run(plan, show)
     for row in outcome["results"]:
-        worst = report.ticks_text(row["max_edge_error_ticks"])
+        worst = units.ticks_text(row["max_edge_error_ticks"])
         click.echo(
             f"{board} {row['decode']}: {row['passed']} of {row['lines']} lines pass, "
             f"{row['steps']} steps, worst edge error {worst} ticks, "

@@ -10,25 +10,33 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, SupportsInt
 
-from pixstep import arguments, formats, owndata
+from pixstep import arguments, formats
 from pixstep.api import given
 from pixstep.api.given import Hz
 from pixstep.api.machines import Motor
 from pixstep.api.shown import Facts, LineRefusedError, Shown, count, frame
 from pixstep.api.words import BoardKind, Decimals, Decode, Quantity, Separator
 from pixstep.arguments import FAR
-from pixstep.board import capability, guarantee, settings
 from pixstep.errors import RefusedError, UserError, told
+from pixstep.lazy import lazy
 from pixstep.lines import line_check
 from pixstep.lines.line import SMOOTH, Line
 from pixstep.lines.line_check import Finding, Limits
-from pixstep.owndata.columns import QUANTITIES
-from pixstep.owndata.table import BLANK, DECIMALS, NONE, SEPARATORS
-from pixstep.profiles import origin, repair
+from pixstep.profiles import origin
 from pixstep.profiles.generator import MOST_PIXELS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from pixstep import owndata
+    from pixstep.board import capability, guarantee, settings
+    from pixstep.owndata import columns, table
+    from pixstep.profiles import repair
+else:  # what a line needs that is checked for a board, imported or repaired
+    capability, guarantee = lazy("pixstep.board.capability"), lazy("pixstep.board.guarantee")
+    settings, repair = lazy("pixstep.board.settings"), lazy("pixstep.profiles.repair")
+    owndata, columns = lazy("pixstep.owndata"), lazy("pixstep.owndata.columns")
+    table = lazy("pixstep.owndata.table")
 
 
 @dataclass(frozen=True, repr=False)
@@ -122,7 +130,7 @@ class CheckResult(Shown):
         """True if the board would refuse the line."""
         return bool(self.errors)
 
-    def with_guarantee(self, line: Line, axes: int, world: guarantee.LineConditions) -> Self:
+    def with_guarantee(self, line: Line, axes: int, world: "guarantee.LineConditions") -> Self:
         """Return it with where the board may be late, if nothing else refuses the line.
 
         `axes` of the board move by it.
@@ -441,14 +449,16 @@ def import_line(
     request = owndata.ImportRequest(
         rule,
         pixel_hz=hz,
-        quantity=given.maybe(arguments.one_of, "quantity", quantity, QUANTITIES),
+        quantity=given.maybe(arguments.one_of, "quantity", quantity, columns.QUANTITIES),
         unit=given.maybe(arguments.text, "unit", unit),
         column=_column(column),
         scale=motor.steps_per_unit if motor else None,
         negative=motor.negative if motor else False,
         fit=arguments.flag("fit", fit),
-        separator=given.maybe(arguments.one_of, "separator", separator, (*SEPARATORS, BLANK, NONE)),
-        decimal=given.maybe(arguments.one_of, "decimal", decimal, tuple(DECIMALS)),
+        separator=given.maybe(
+            arguments.one_of, "separator", separator, (*table.SEPARATORS, table.BLANK, table.NONE)
+        ),
+        decimal=given.maybe(arguments.one_of, "decimal", decimal, tuple(table.DECIMALS)),
     )
     made = owndata.import_line(place, request)
     motion = replace(made.line, backlash=given.backlash(None, rule, motor))

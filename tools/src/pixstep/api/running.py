@@ -7,18 +7,25 @@ import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
-from pixstep import arguments, lazy
+from pixstep import arguments
 from pixstep.api import given
 from pixstep.api.motion import AxisState, Recording, states_of
 from pixstep.api.motions import CheckResult, MotionLine
-from pixstep.board import capability, guarantee, recording, settings, snapshot, together, upload
+from pixstep.board import recording, settings, snapshot, upload
 from pixstep.board import run as running
 from pixstep.board.device import Device
 from pixstep.board.handle import Course
 from pixstep.errors import RefusedError, UserError
+from pixstep.lazy import have_package, lazy
 from pixstep.lines.units import refuse_period
+
+if TYPE_CHECKING:
+    from pixstep.board import capability, guarantee, together
+else:  # what the boards of a bus need when they are asked to move
+    capability, guarantee = lazy("pixstep.board.capability"), lazy("pixstep.board.guarantee")
+    together = lazy("pixstep.board.together")
 
 Lines = MotionLine | Sequence[MotionLine] | Mapping[int, MotionLine]
 """One line, several, or lines by axis."""
@@ -164,7 +171,7 @@ class Prepared:
 def with_records(device: Device, axes: Sequence[int], records: Recording) -> tuple[AxisState, ...]:
     """Return the states of some axes with the records of their lines; without, if numpy lacks."""
     states = states_of(device, axes)
-    if not lazy.have_package("numpy"):  # the motion is over, and well: no reason to fail
+    if not have_package("numpy"):  # the motion is over, and well: no reason to fail
         return states
     return tuple(replace(state, records=records.of(state.axis)) for state in states)
 

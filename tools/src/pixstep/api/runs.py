@@ -22,23 +22,28 @@ from pixstep.api.running import Clocking, Lines
 from pixstep.api.running import by_axis as axes_of
 from pixstep.api.shown import Facts, Shown, Ticks, count, frame
 from pixstep.api.words import BoardKind, Sync
-from pixstep.board import boards, guarantee, settings
+from pixstep.board import boards
 from pixstep.errors import PlainError, UserError
-from pixstep.lazy import np, npt
+from pixstep.lazy import lazy, np, npt
 from pixstep.progress import Progress, unseen
-from pixstep.simulation import experiment
-from pixstep.simulation.clock_judge import ClockKeeping
-from pixstep.simulation.job import START, LineExperiment, RunResult
-from pixstep.simulation.judge import AxisLoad, Judgement
-from pixstep.simulation.report import PixelRow
 from pixstep.simulation.small_pickle import SmallPickle
-from pixstep.simulation.summary import Summary
-from pixstep.simulation.verdict import AxisVerdict
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from pixstep.board import guarantee, settings
+    from pixstep.simulation import experiment
+    from pixstep.simulation import job as sim_job
+    from pixstep.simulation.clock_judge import ClockKeeping
+    from pixstep.simulation.job import LineExperiment, RunResult
+    from pixstep.simulation.judge import AxisLoad, Judgement
     from pixstep.simulation.plots import Trace
+    from pixstep.simulation.report import PixelRow
+    from pixstep.simulation.summary import Summary
+    from pixstep.simulation.verdict import AxisVerdict
+else:  # what only a run needs
+    guarantee, settings = lazy("pixstep.board.guarantee"), lazy("pixstep.board.settings")
+    experiment, sim_job = lazy("pixstep.simulation.experiment"), lazy("pixstep.simulation.job")
 
 _Drawn = TypeVar("_Drawn")
 
@@ -289,13 +294,13 @@ def simulate(
         guarantee.refuse([item.line for item in by_axis.values()], world, guarantee.ADVICE)
     if arguments.flag("vcd", vcd) and out is None:
         raise UserError("vcd: run.vcd needs a folder: give out")
-    job = LineExperiment(
+    job = sim_job.LineExperiment(
         kind,
         {axis: item.line for axis, item in by_axis.items()},
         hz * (clocking.divider or 1),
         pixel_ppm=clock.ppm,
         flaws=clock.flaws,
-        sync=clocking.sync or START,
+        sync=clocking.sync or sim_job.START,
         divider=clocking.divider or 1,
         gate_edges=clocking.gate_edges or 0,
         serial_load=arguments.flag("serial_load", serial_load),

@@ -9,7 +9,7 @@ from typing import Any
 
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.line_check import Finding
-from pixstep.simulation.report import ticks_text
+from pixstep.lines.units import ticks_text
 
 
 class LineRefusedError(RefusedError):

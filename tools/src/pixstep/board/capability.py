@@ -6,7 +6,6 @@ axes make at once is measured, not a rule: a line above it may end in the fault 
 What a board lets a line do is asked of a connected board, or is in the table of a named one.
 """
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -142,6 +141,8 @@ def measured(board: str, axes: int) -> tuple[Measured, ...]:
 @cache
 def all_measured() -> tuple[Measured, ...]:
     """Return every rate that was measured."""
+    import tomllib
+
     rows = tomllib.loads(_DATA.read_text(encoding="utf-8"))["rates"]
     return tuple(Measured(*row) for row in rows)
 

@@ -9,7 +9,7 @@ has counted. docs/PROTOCOL.md has the procedure step by step.
 
 import contextlib
 import math
-import secrets
+import random
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -84,7 +84,7 @@ def start(
     for lines in group:
         lines.board.require("tokens")
     clocked = _are_clocked([lines.board for lines in group])
-    token = token or secrets.randbelow(0xFFFF) + 1
+    token = token or random.SystemRandom().randrange(1, 0x10000)
     armed: list[LinesOfBoard] = []
     gone = False
     try:

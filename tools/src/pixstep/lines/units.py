@@ -365,6 +365,11 @@ def hz_text(hz: Fraction) -> str:
     return f"{hz.numerator}/{hz.denominator}"
 
 
+def ticks_text(ticks: float) -> str:
+    """Return an error in ticks to three places, rounded down: only a real 1 reads as 1.000."""
+    return f"{math.floor(ticks * 1000) / 1000:.3f}"
+
+
 def period_ticks(hz: Fraction, tick_hz: int) -> Fraction:
     """Return the exact pixel period in timer ticks, of which there are `tick_hz` a second."""
     return Fraction(tick_hz) / hz

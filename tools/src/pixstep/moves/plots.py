@@ -14,11 +14,11 @@ from matplotlib.typing import HashableList
 
 from pixstep import plotting
 from pixstep.board.state import TRIP_CLOSED, TRIP_OPENED
+from pixstep.lines.units import ticks_text
 from pixstep.moves.homing import LEGS, Homed, HomingLeg
 from pixstep.moves.homing_judge import HYSTERESIS, HomeRun, leg_edges, switch_edges
 from pixstep.moves.move_judge import MoveJob, MoveRun
 from pixstep.plotting import BAND, BOARD, FAINT, IDEAL, INK, MADE, QUIET, WARM, number
-from pixstep.simulation.report import ticks_text
 
 _MOST_DOTS = 60_000
 # One colour a leg, in the order of LEGS.

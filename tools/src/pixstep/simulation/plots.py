@@ -20,7 +20,7 @@ from pixstep.simulation.job import LineExperiment
 from pixstep.simulation.judge import AxisLoad
 from pixstep.simulation.logs import AxisEdges
 from pixstep.simulation.pixel_clock import PixelGrid
-from pixstep.simulation.report import PixelRow, ticks_text
+from pixstep.simulation.report import PixelRow
 
 _MANY_STEPS, _MANY_TOGETHER = 3000, 500  # beyond these dots are drawn small
 _ABOVE_INSET = 0.9  # of the highest speed: where the curve is above an inset and its title
@@ -187,7 +187,7 @@ def edge_error(trace: Trace) -> Figure:
     plotting.time_axis(over, trace.hz)
     rms = float(np.sqrt(np.mean(errors**2))) if len(errors) else 0.0
     over.set_title(
-        f"worst {ticks_text(worst)} ticks, rms {rms:.3f} ticks = "
+        f"worst {units.ticks_text(worst)} ticks, rms {rms:.3f} ticks = "
         f"{rms / trace.tick_hz * 1e9:.1f} ns over {number(len(errors))} steps"
     )
     last = _dot(WARM, 5, "last step of a pixel")

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any, Protocol, TypedDict
@@ -11,6 +10,7 @@ from typing import Any, Protocol, TypedDict
 from pixstep import atomic
 from pixstep.errors import FINE, NEGATIVE, REFUSED
 from pixstep.lazy import rich
+from pixstep.lines import units
 from pixstep.simulation import clock_judge
 from pixstep.simulation.summary import Load, Summary
 
@@ -34,11 +34,6 @@ class PixelRow:
         """Return the row, with the load's column if asked; an unknown value is empty."""
         values = astuple(self)[: None if loads else -1]
         return ",".join("" if value is None else str(value) for value in values)
-
-
-def ticks_text(value: float) -> str:
-    """Return an error in ticks to three places, rounded down: only a real 1 reads as 1.000."""
-    return f"{math.floor(value * 1000) / 1000:.3f}"
 
 
 def write_pixels(path: Path, rows: list[PixelRow]) -> None:
@@ -122,7 +117,8 @@ def _axes_table(summary: Summary) -> rich.table.Table:
         made, wanted = axis["steps"], axis["expected_steps"]  # a long move's line stays short
         table.add_row(
             str(axis["axis"]), str(made) if made == wanted else f"{made}/{wanted}",
-            ticks_text(axis["max_edge_error_ticks"]), f"{1000 * axis['rms_edge_error_us']:.1f}",
+            units.ticks_text(axis["max_edge_error_ticks"]),
+            f"{1000 * axis['rms_edge_error_us']:.1f}",
             f"{axis['rate_error_ppm']:.3f}",
             *((f"{axis['last_steps_on_edge']}/{ends}",) if edges else ()),
             f"{axis['pixels_equal']}/{axis['pixels']}", str(axis["underruns"]),

@@ -11,7 +11,7 @@ from typing import Any, NotRequired, TypedDict
 from pixstep.board import boards, capability, settings, upload
 from pixstep.board.capability import connected_limits
 from pixstep.board.run import LinesOfBoard
-from pixstep.lines.units import refuse_period
+from pixstep.lines.units import refuse_period, ticks_text
 from pixstep.operations import bus, reading_lines, shared
 from pixstep.operations.asked import AskedError
 from pixstep.operations.board.lines import QueuedLines, check_lines, run_lines
@@ -25,7 +25,7 @@ from pixstep.operations.result import Page, Result
 from pixstep.operations.run import simulated_result
 from pixstep.operations.trajectory import fields
 from pixstep.operations.trajectory.fields import BoardPlayFields, GivenScale, PlayFields
-from pixstep.simulation.report import new_table, print_verdict, ticks_text
+from pixstep.simulation.report import new_table, print_verdict
 from pixstep.trajectories import circle_test, runs, transitions
 from pixstep.trajectories.circle import Circle, RoundnessData, TableTrace, Unit, roundness_of
 from pixstep.trajectories.circle_test import RUNS, CircleSummary, CircleTest, RunSummary
