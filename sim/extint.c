@@ -166,7 +166,6 @@ void extint_reset(struct extint *e)
 static void correct_pins(struct extint *e)
 {
     if (strcmp(e->avr->mmcu, "atmega1284") == 0) {
-        e->line[2].port = 'B';
         e->line[2].bit = 2;
     }
 }

@@ -20,9 +20,8 @@ def steps(
 ) -> int:
     """Return what is guaranteed on each of so many axes, steps a pixel; `clock`: its settings."""
     able = capability.of(board, hz, axes=axes, clock=clock)
-    kind = capability.PLAIN if motion == "constant" else capability.SMOOTH
     world = guarantee.world(board, hz, clock)
-    return guarantee.rate(motion, axes, world, able.top_speed(kind))
+    return guarantee.rate(motion, axes, world, able.top_speed(guarantee.decode_of(motion)))
 
 
 def clock(board: str, axes: int, motion: str, steps: int, most_hz: int) -> int:

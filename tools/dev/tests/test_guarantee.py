@@ -4,7 +4,7 @@
 import pytest
 
 from effort import LONG, cases
-from pixstep_dev.guarantee import campaign, rates
+from pixstep_dev.guarantee import campaign, rates, sweeps
 from pixstep_dev.guarantee.campaign import GuaranteePlan
 
 
@@ -37,3 +37,18 @@ def test_a_line_above_its_guaranteed_rate_is_seen_to_fail():
     """The highest rate that was seen to run once is no guarantee."""
     outcome = rates.run([TooFast("uno", 1, "start", "smooth", 100)], 2)
     assert len(outcome.complaints) == 2
+
+
+def test_a_slower_clock_is_promised_no_fewer_steps_a_pixel():
+    """But for a known one, where slow pixels are late with costs a quarter higher."""
+    known = {("mega", 4, "lock", "smooth", 185), ("mega", 4, "lock", "ramp", 185)}
+    swept = sweeps.run() if LONG else sweeps.run(clocks_hz=sweeps.CLOCKS_HZ[14:18])
+    lines = [dip.line for dip in swept.dips]
+    assert {(one.board, one.axes, one.sync, one.motion, one.hz) for one in lines} == known
+
+
+def test_a_dip_is_found_beside_every_faster_clock():
+    lines = [rates.RatedLine("uno", 1, "start", "smooth", hz) for hz in (20, 40, 80, 160)]
+    steps = dict(zip(lines, (100, 60, 79, 70), strict=True))
+    (dip,) = sweeps.dips(lines, steps)
+    assert str(dip) == "uno 1 start smooth 40 Hz: 60 steps/px, but 79 at 80 Hz"

@@ -58,6 +58,11 @@ def costs_command(
     metavar="RUNS",
     help="No random sets, but so many runs of each line at a guaranteed rate.",
 )
+@click.option(
+    "--sweep",
+    is_flag=True,
+    help="No runs: what is guaranteed at 36 clocks from 20 Hz to 3.6 kHz, and its dips.",
+)
 @seed_option
 @json_option
 @click.pass_context
@@ -69,6 +74,7 @@ def guarantee_command(
     seed: int,
     phases: int,
     *,
+    sweep: bool,
     as_json: bool,
 ) -> None:
     """Run random sets of lines about what boards are guaranteed to follow.
@@ -78,10 +84,21 @@ def guarantee_command(
     beside a quiet or a saturated bus. Exit status 0 only if no set that is accepted ends otherwise
     than with every edge right.
 
-    With --rates lines at the guaranteed rates run so many times each beside a saturated bus.
+    With --rates lines at the guaranteed rates run so many times each beside a saturated bus. With
+    --sweep no clock may be promised much fewer steps a pixel than a faster one.
     """
-    from pixstep_dev.guarantee import campaign, rates
+    from pixstep_dev.guarantee import campaign, rates, sweeps
 
+    if phases and sweep:
+        raise click.UsageError("--rates and --sweep are two questions: choose one")
+    if sweep:
+        with progress.shown("sweep") as show:
+            swept = sweeps.run(board, progress=show)
+        told = {"rows": swept.rows, "complaints": [str(dip) for dip in swept.dips]}
+        finish(
+            ctx, told, swept.rows, "no clock is promised less than faster ones", as_json=as_json
+        )
+        return
     if phases:
         lines = rates.rated(board)
         with progress.shown(f"{len(lines)} lines") as show:

@@ -14,6 +14,7 @@ from functools import cached_property
 from pathlib import Path
 
 from pixstep.board import boards, guarantee
+from pixstep.lines.line import SMOOTH
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.job import LOCK, START, LineExperiment, run_job
 from pixstep_dev import guaranteed
@@ -38,7 +39,7 @@ class RatedLine:
         """What is guaranteed, steps a pixel; 0: nothing."""
         clock = {"sync": 2 if self.sync == LOCK else 1, "divider": 1}
         found = guaranteed.steps(self.board, self.axes, self.motion, Fraction(self.hz), clock)
-        return found if self.motion == "constant" else found // 2 * 2
+        return found // 2 * 2 if guarantee.decode_of(self.motion) == SMOOTH else found
 
     def run(self, phase: int, phases: int) -> str:
         """Run the line in one of so many phases; return its fault, or an empty text."""

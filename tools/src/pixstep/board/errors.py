@@ -76,6 +76,8 @@ class OvertakenError(BoardError):
 class EmergencyStoppedError(BoardError):
     """A motion was not begun: the emergency stop is latched, and only a person clears it."""
 
+    ADVICE = "the emergency stop is pressed: release it, then `pixstep board clear`"
+
 
 class NotPossibleError(BoardError):
     """The board does not take a command in the state that it is in."""

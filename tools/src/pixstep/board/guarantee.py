@@ -273,13 +273,18 @@ def highest(most: int, fits: Callable[[int], bool]) -> int:
     return low
 
 
+def decode_of(motion: str) -> str:
+    """Return whose lines show a motion: plain or smooth ones."""
+    return PLAIN if motion == "constant" else SMOOTH
+
+
 def line_at(motion: str, steps: int, hz: Fraction, held: int = _HELD_PX) -> Line:
     """Return a line that shows what a motion costs at so many steps a pixel.
 
     constant: a plain line. ramp: up at 100,000 steps/s2, a while at this speed, down again. smooth:
     there every pixel accelerates or brakes. They are those of `pixstep bench`.
     """
-    if motion == "constant":
+    if decode_of(motion) == PLAIN:
         return Line((steps,) * held, PLAIN, name=motion)
     peak_steps = max(2, steps // 2 * 2)
     up = [0]

@@ -406,9 +406,7 @@ def _why_not(board: Device, name: str, axes: list[int]) -> BoardError:
     state = board.inputs()
     said = f"board {board.unit}: {name}:"
     if regs.flags(state["status"])["estop"]:
-        return EmergencyStoppedError(
-            f"{said} the emergency stop is pressed: release it, then `pixstep board clear`"
-        )
+        return EmergencyStoppedError(f"{said} {EmergencyStoppedError.ADVICE}")
     fault = board.fault_advice()
     if fault and name != "clear_fault":
         return BoardError(f"{said} {fault}")

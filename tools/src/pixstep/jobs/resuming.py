@@ -14,7 +14,7 @@ from enum import Enum
 
 from pixstep.board import registers as regs
 from pixstep.board import run, settings
-from pixstep.board.errors import BoardError, LineLostError, NoReplyError
+from pixstep.board.errors import BoardError, EmergencyStoppedError, LineLostError, NoReplyError
 from pixstep.jobs import account, run_log
 from pixstep.jobs.account import LinePlace
 from pixstep.jobs.job import Job
@@ -137,10 +137,7 @@ def troubles(machine: MachineFile, stations: Iterable[Station]) -> Iterator[str]
         with contextlib.suppress(NoReplyError, LineLostError):
             status = regs.flags(board.input("status"))
             if status["estop"]:
-                yield (
-                    f"board {station.name}: the emergency stop is pressed: release it, then "
-                    f"`pixstep board clear`"
-                )
+                yield f"board {station.name}: {EmergencyStoppedError.ADVICE}"
             elif status["fault"]:
                 yield f"board {station.name}: {board.fault_advice()}"
             if _needs_clock(machine) and not _has_clock(station):

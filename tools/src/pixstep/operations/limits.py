@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, TypedDict
 
 from pixstep.board import boards, capability, guarantee, settings
-from pixstep.board.capability import DRIVER_US, KINDS, PLAIN, SMOOTH, Capability, Measured
+from pixstep.board.capability import DRIVER_US, KINDS, SMOOTH, Capability, Measured
 from pixstep.board.port import BAUD
 from pixstep.lines.units import (
     ACCELERATION,
@@ -192,7 +192,7 @@ def _guaranteed(able: Capability, world: guarantee.LineConditions) -> list[Guara
     """Return what so many axes are guaranteed at once, for each motion."""
     found: list[GuaranteedRate] = []
     for motion in guarantee.MOTIONS:
-        most = able.top_speed(PLAIN if motion == "constant" else SMOOTH)
+        most = able.top_speed(guarantee.decode_of(motion))
         steps = guarantee.rate(motion, able.axes, world, most)
         found.append({
             "motion": motion,
