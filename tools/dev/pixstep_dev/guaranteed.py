@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from pixstep.board import capability, guarantee
+from pixstep.board.port import BAUD
 
 _STRIDE_HZ = 50
 _MOTIONS = {"ramp and hold": "ramp"}  # of the bench, where `limits` has another name
@@ -16,11 +17,16 @@ def rate(board: str, axes: int, motion: str, hz: Fraction) -> int:
 
 
 def steps(
-    board: str, axes: int, motion: str, hz: Fraction, clock: Mapping[str, int] | None = None
+    board: str,
+    axes: int,
+    motion: str,
+    hz: Fraction,
+    clock: Mapping[str, int] | None = None,
+    baud: int = BAUD,
 ) -> int:
     """Return what is guaranteed on each of so many axes, steps a pixel; `clock`: its settings."""
     able = capability.of(board, hz, axes=axes, clock=clock)
-    world = guarantee.world(board, hz, clock)
+    world = guarantee.world(board, hz, clock, baud)
     return guarantee.rate(motion, axes, world, able.top_speed(guarantee.decode_of(motion)))
 
 

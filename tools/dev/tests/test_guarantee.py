@@ -26,9 +26,9 @@ def test_accepted_sets_run_clean(sets, seed):
 @pytest.mark.usefixtures("simulator")
 def test_lines_at_the_guaranteed_rates_run_beside_a_saturated_bus():
     """A request may come at the moment at which a ring is lowest."""
-    few = [rates.RatedLine("uno", 1, "start", "smooth", 100)]
+    few = [rates.RatedLine("uno", 1, "start", "smooth", 100, baud) for baud in rates.BAUDS]
     few.append(rates.RatedLine("mega", 4, "lock", "constant", 100))
-    outcome = rates.run(rates.rated() if LONG else few, cases(2, 6))
+    outcome = rates.run(rates.rated() if LONG else few, cases(2, 1))
     assert outcome.complaints == []
 
 
@@ -40,15 +40,12 @@ def test_a_line_above_its_guaranteed_rate_is_seen_to_fail():
 
 
 def test_a_slower_clock_is_promised_no_fewer_steps_a_pixel():
-    """But for a known one, where slow pixels are late with costs a quarter higher."""
-    known = {("mega", 4, "lock", "smooth", 185), ("mega", 4, "lock", "ramp", 185)}
-    swept = sweeps.run() if LONG else sweeps.run(clocks_hz=sweeps.CLOCKS_HZ[14:18])
-    lines = [dip.line for dip in swept.dips]
-    assert {(one.board, one.axes, one.sync, one.motion, one.hz) for one in lines} == known
+    swept = sweeps.run(clocks_hz=sweeps.CLOCKS_HZ if LONG else sweeps.CLOCKS_HZ[10:18:2])
+    assert swept.dips == []
 
 
 def test_a_dip_is_found_beside_every_faster_clock():
     lines = [rates.RatedLine("uno", 1, "start", "smooth", hz) for hz in (20, 40, 80, 160)]
-    steps = dict(zip(lines, (100, 60, 79, 70), strict=True))
+    steps = dict(zip(lines, (100, 55, 79, 60), strict=True))
     (dip,) = sweeps.dips(lines, steps)
-    assert str(dip) == "uno 1 start smooth 40 Hz: 60 steps/px, but 79 at 80 Hz"
+    assert str(dip) == "uno 1 start smooth 40 Hz 115200 baud: 55 steps/px, but 79 at 80 Hz"

@@ -17,7 +17,7 @@ from pixstep_dev.guaranteed import rate
 from pixstep_trials import lines
 
 NAME = "rates"
-CLOCKS = (Fraction(30), Fraction(100))  # Hz; the first is the printer's
+CLOCKS_HZ = (30, 100, 200, 500, 1000, 2000)  # the first is the printer's
 MOTIONS = ("constant", "smooth", "ramp and hold")
 # Of the clean rate, tried under serial load.
 _LOADED = (1.0, 0.98, 0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.6, 0.5)
@@ -26,11 +26,11 @@ _LOADED = (1.0, 0.98, 0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.6, 0.5)
 def tasks() -> list[Task]:
     """One search for each board, number of axes, motion and pixel clock."""
     return [
-        Task(NAME, measure, (board, axes, motion, hz))
+        Task(NAME, measure, (board, axes, motion, Fraction(hz)))
         for board in boards.BOARD_NAMES
         for axes in range(1, boards.load(board).axes + 1)
         for motion in MOTIONS
-        for hz in CLOCKS
+        for hz in CLOCKS_HZ
     ]
 
 

@@ -95,9 +95,7 @@ def guarantee_command(
         with progress.shown("sweep") as show:
             swept = sweeps.run(board, progress=show)
         told = {"rows": swept.rows, "complaints": [str(dip) for dip in swept.dips]}
-        finish(
-            ctx, told, swept.rows, "no clock is promised less than faster ones", as_json=as_json
-        )
+        finish(ctx, told, swept.rows, "no clock is promised less than faster ones", as_json=as_json)
         return
     if phases:
         lines = rates.rated(board)

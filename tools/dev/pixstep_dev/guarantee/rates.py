@@ -2,7 +2,8 @@
 """Lines at the guaranteed rates beside a saturated bus: `pixstep-dev guarantee --rates`.
 
 Whether a request meets the moment at which a ring is lowest is a matter of chance: each line runs
-several times, on clocks that are off by other shares and at other baud rates.
+several times, on clocks that are off by other shares; and at each baud rate at what is guaranteed
+there, since each byte takes its time.
 """
 
 import tempfile
@@ -14,7 +15,7 @@ from functools import cached_property
 from pathlib import Path
 
 from pixstep.board import boards, guarantee
-from pixstep.lines.line import SMOOTH
+from pixstep.board.port import BAUD
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.job import LOCK, START, LineExperiment, run_job
 from pixstep_dev import guaranteed
@@ -33,13 +34,15 @@ class RatedLine:
     sync: str
     motion: str
     hz: int
+    baud: int = BAUD
 
     @cached_property
     def steps(self) -> int:
         """What is guaranteed, steps a pixel; 0: nothing."""
         clock = {"sync": 2 if self.sync == LOCK else 1, "divider": 1}
-        found = guaranteed.steps(self.board, self.axes, self.motion, Fraction(self.hz), clock)
-        return found // 2 * 2 if guarantee.decode_of(self.motion) == SMOOTH else found
+        return guaranteed.steps(
+            self.board, self.axes, self.motion, Fraction(self.hz), clock, self.baud
+        )
 
     def run(self, phase: int, phases: int) -> str:
         """Run the line in one of so many phases; return its fault, or an empty text."""
@@ -49,9 +52,9 @@ class RatedLine:
             dict.fromkeys(range(self.axes), line),
             Fraction(self.hz),
             sync=self.sync,
-            pixel_ppm=MOST_PPM * (2 * phase / phases - 1),
+            pixel_ppm=MOST_PPM * (1 - 2 * phase / phases),
             serial_load=True,
-            baud=BAUDS[phase % len(BAUDS)],
+            baud=self.baud,
         )
         with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
             result = run_job(job, Path(folder))
@@ -60,7 +63,7 @@ class RatedLine:
 
     def __str__(self) -> str:
         """Return the line as a table's row begins."""
-        return f"{self.board} {self.axes} {self.sync} {self.motion} {self.hz} Hz"
+        return f"{self.board} {self.axes} {self.sync} {self.motion} {self.hz} Hz {self.baud} baud"
 
 
 @dataclass
@@ -71,14 +74,19 @@ class RatesOutcome:
     complaints: list[str] = field(default_factory=list)
 
 
-def rated(names: Sequence[str] = (), clocks_hz: Sequence[int] = CLOCKS_HZ) -> list[RatedLine]:
+def rated(
+    names: Sequence[str] = (),
+    clocks_hz: Sequence[int] = CLOCKS_HZ,
+    bauds: Sequence[int] = BAUDS,
+) -> list[RatedLine]:
     """Return the lines of some boards, or of all, with one axis and with all axes."""
     return [
-        RatedLine(board, axes, sync, motion, hz)
+        RatedLine(board, axes, sync, motion, hz, baud)
         for board in names or boards.BOARD_NAMES
         for axes in sorted({1, boards.load(board).axes})
         for sync in (START, LOCK)
         for motion in guarantee.MOTIONS
+        for baud in bauds
         for hz in clocks_hz
     ]
 
@@ -98,7 +106,7 @@ def run(
         waiting = [pool.submit(_attempt, line, phases) for line in lines]
         for k, (line, one) in enumerate(zip(lines, waiting, strict=True)):
             steps, ends = one.result()
-            outcome.rows.append(f"{line!s:<34} {steps:6} steps/px {phases:4} runs {len(ends):4}")
+            outcome.rows.append(f"{line!s:<46} {steps:6} steps/px {phases:4} runs {len(ends):4}")
             outcome.complaints += [f"{line}, {steps} steps/px: {end}" for end in ends]
             progress((k + 1) / len(lines))
     return outcome

@@ -10,12 +10,13 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from itertools import groupby
 
+from pixstep.board.port import BAUD
 from pixstep.progress import Progress, unseen
 from pixstep_dev.guarantee import rates
 from pixstep_dev.guarantee.rates import RatedLine
 
 CLOCKS_HZ = tuple(round(20 * 1.16**k) for k in range(36))  # to 3.6 kHz
-LEAST_SHARE = 0.8  # of what a faster clock is promised; bisections end within 1/64
+LEAST_SHARE = 0.75  # of what a faster clock is promised: what ends a bisection is chance
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ def run(
     progress: Progress = unseen,
 ) -> Sweep:
     """Ask what all lines of some boards, or of all, are guaranteed at each clock."""
-    lines = rates.rated(names, clocks_hz)
+    lines = rates.rated(names, clocks_hz, (BAUD,))
     steps = {}
     with ProcessPoolExecutor(processes) as pool:
         for line, found in zip(lines, pool.map(_steps, lines), strict=True):

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, TypedDict
@@ -38,6 +39,7 @@ from pixstep.simulation.report import new_table
 if TYPE_CHECKING:
     import rich.table
 
+_SEEN = 2  # measured clocks that are shown
 _EVEN = 2  # steps/px, of which the speeds of a smooth line are multiples
 
 
@@ -296,12 +298,17 @@ def _kinds_table(able: Capability, scale: Scale | None) -> rich.table.Table:
     return table
 
 
+def _nearest(clocks_hz: Iterable[int], wanted_hz: float) -> list[int]:
+    """Return the measured clocks nearest to the one that is asked for, by rising frequency."""
+    return sorted(sorted(clocks_hz, key=lambda hz: abs(math.log(hz / wanted_hz)))[:_SEEN])
+
+
 def _rates(
     page: Page, guaranteed: Sequence[GuaranteedRate], measured: Sequence[Measured], able: Capability
 ) -> None:
     """Write the rates of so many axes at once, which no rule of a single line tells."""
-    clocks = sorted({row.pixel_hz for row in measured})
-    seen = [f"seen at {hz} Hz" for hz in clocks]
+    clocks = _nearest({row.pixel_hz for row in measured}, float(able.pixel_hz))
+    seen = [f"seen, {hz} Hz" for hz in clocks]
     table = new_table("guaranteed", "steps/px", "steps/s", "bound by", *seen)
     known = {row["motion"]: row for row in guaranteed}
     for motion in guarantee.MOTIONS:
@@ -315,7 +322,7 @@ def _rates(
     page.print(
         f"Guaranteed: {able.axes} {'axes' if able.axes > 1 else 'axis'} at once at this clock, "
         "whatever a host asks meanwhile; `pixstep line check` asks it of lines. Seen: the highest "
-        "rates measured, every edge right (docs/TIMING.md).",
+        "rates measured at the nearest clocks, every edge right (docs/TIMING.md).",
         soft_wrap=True,
     )
 
