@@ -85,9 +85,9 @@ def _refuse_others(out: Path, wanted: list[str], ours: _Sums) -> None:
 
 
 def _sum(path: Path) -> str:
-    with path.open("rb") as file:
-        import hashlib
+    import hashlib
 
+    with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 

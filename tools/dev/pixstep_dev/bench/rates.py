@@ -111,12 +111,13 @@ def guaranteed(row: dict[str, Any]) -> str:
 FIGURE = BenchFigure(
     NAME,
     "Highest clean rate, steps/s on each of the axes at once",
-    "Clean: every edge exact for 2 s, after the line's own ramp of 100,000 steps/s2 where there is "
-    "one, and no fault; searched in strides of at most 500 steps/s. Constant: plain lines. Smooth: "
-    "every pixel near the peak accelerates or brakes. Beyond: how the next higher rate ends. "
-    "Holes: which of the rates at 50, 75, 90 and 95 % of the result were not clean. Serial load: "
-    "the rate that is clean while the serial line is saturated. Guaranteed: what `limits` "
-    "promises, whatever a host asks meanwhile and with a clock as bad as declared.",
+    "Clean: every edge exact for 2 s, after the line's own ramp of 100,000 steps/s2 where there "
+    "is one, and no fault; searched in strides of at most 500 steps/s, or of two steps a pixel "
+    "where these are more. Constant: plain lines. Smooth: every pixel near the peak accelerates "
+    "or brakes. Beyond: how the next higher rate ends. Holes: which of the rates at 50, 75, 90 "
+    "and 95 % of the result were not clean. Serial load: the rate that is clean while the serial "
+    "line is saturated. Guaranteed: what `limits` promises, whatever a host asks meanwhile and "
+    "with a clock as bad as declared.",
     tasks,
     (
         key("board", "board", left=True),
