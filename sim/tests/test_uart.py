@@ -35,6 +35,10 @@ class Registers(unittest.TestCase):
             sim.ask("poke 0 0x60a 02")
             sim.run(2_000)
             after = sim.results(15)
+            sim.ask("poke 0 0x61e ffff")
+            sim.ask("reset 0 external")
+            sim.run(100)
+            self.assertEqual(sim.results(16)[15], 0)  # of before the reset nothing is left
         # sts writes UDR0 in its second cycle a; the frame starts at a + 1 and ends 1496 later. With
         # N nops between them the lds reads at a + 2 + N.
         self.assertEqual(before[0], 0)  # N = 1494: one cycle too early

@@ -67,6 +67,7 @@ static void overrun(void)
 
 int main(void)
 {
+    RESULT[15] = UDR0; // as a reset leaves it
     complete();
     buffered();
     overrun();

@@ -47,6 +47,14 @@ static void outside_edges(void)
     EIMSK = 0;
 }
 
+static void transfer(void)
+{
+    SPCR = (uint8_t)((1U << SPIE) | (1U << SPE) | (1U << MSTR));
+    SPDR = 0x55;
+    __builtin_avr_delay_cycles(4000); // libsimavr takes its time: 100 us
+    SPCR = 0;
+}
+
 int main(void)
 {
     sei();
@@ -65,6 +73,7 @@ int main(void)
     TIMER(5, 0x0F);
 #endif
     outside_edges();
+    transfer(); // no model of the simulator: it has a number and no name
     UCSR0B = (uint8_t)((1U << TXEN0) | (1U << UDRIE0));
     UCSR0B = (uint8_t)((1U << TXEN0) | (1U << TXCIE0));
     UDR0 = 0x55;
