@@ -453,6 +453,32 @@ def test_the_grid_is_found_from_the_steps():
     assert grid.pixels_at(grid.at(np.array([0.3, 4.5, 9.0]))) == pytest.approx([0.3, 4.5, 9.0])
 
 
+def first_pixel_reasons(steps, seed, late=0):
+    """Judge a line whose pixels end within ticks, its first step but two so many ticks late."""
+    source = np.random.default_rng(seed)
+    line = Line((steps, *[2 * steps] * 3, steps), SMOOTH)
+    ends = moving_ends(line.pixels) + source.random(line.pixels + 1)
+    edges = moving_edges(line, ends)
+    edges.step_cycles[4:6] += late
+    return verdict.judge_locked_axis(line, PERIOD, edges, tick_hz=16_000_000)[0].reasons
+
+
+def test_a_first_pixel_is_right_wherever_in_a_tick_it_begins_and_ends():
+    steps = (3, 5, 20, 141, 321)
+    assert [first_pixel_reasons(n, k) for n in steps for k in range(200)] == [[]] * 1000
+    assert all(first_pixel_reasons(n, k, late=3) for n in (20, 141) for k in range(200))
+
+
+def test_a_first_pixel_that_ends_just_before_the_next_tick_is_right():
+    """Its last step is nearly a tick early: the least squares of all put line zero too late."""
+    line = Line((321, 642, 321), SMOOTH)
+    ends = 16_151_969 + 444_220.997 * np.arange(4)
+    edges = moving_edges(line, ends)
+    found, grid = verdict.judge_locked_axis(line, Fraction(444_444), edges, tick_hz=16_000_000)
+    assert found.reasons == []
+    assert abs(grid.at(np.array([0.0]))[0] - ends[0]) < 0.5
+
+
 def test_a_step_off_the_boards_own_grid_is_found():
     edges = moving_edges(PLAIN_LINE, moving_ends(60))
     edges.step_cycles[2 * 500 : 2 * 501] += 3

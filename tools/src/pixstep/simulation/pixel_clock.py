@@ -177,11 +177,15 @@ def _cut_off(
 def _begin(parts: np.ndarray, made: np.ndarray, ticks: float) -> float:
     """Return where a piece began whose steps lie at these parts of it, its last one at the end.
 
-    The least squares of the steps tell; a single step tells nothing, so that the nominal length
-    does.
+    The least squares of the steps tell, as far as they leave every step within a tick, since the
+    end may lie up to a tick behind its step. A single step tells nothing, so that the nominal
+    length does.
     """
     last = float(made[-1])
     left = 1 - parts
     if not len(parts):
         return last - ticks
-    return float(np.sum(left * (made[:-1] - parts * last)) / np.sum(left * left))
+    off = made[:-1] - parts * last
+    likely = float(np.sum(left * off) / np.sum(left * left))
+    earliest, latest = float(np.max((off - 1) / left)), float(np.min((off + 1) / left))
+    return min(max(likely, earliest), latest) if earliest <= latest else likely
