@@ -47,6 +47,7 @@ _LEAD_TICKS = 0x20000  # firmware/app/reference.c
 _MARKS = 16
 _FEWER = 64  # parts of a line's counts, or of its clock, by which less is tried
 _LOOK_PX = 256  # of a long line, behind the pixel that is late
+_SLOWER = 32  # rates that are tried from a half of the highest on
 _LEAST_PX, _HELD_S, _RAMP_STEPS_S2 = 48, 2, 100_000  # of a line that shows a rate
 _LONG_PX = 6000  # of one whose counts come while it runs
 _BUSY = 0.5  # of the time: no look further ahead would help
@@ -305,16 +306,32 @@ def rate(motion: str, axes: int, world: LineConditions, most: int) -> int:
     """Return the most steps a pixel, up to `most`, that so many axes at once are guaranteed.
 
     Of a smooth line it is even. The bus must also bring the counts of longer lines than those that
-    are tried.
+    are tried. Which part of a line comes first depends on its speed, so that a slower line may be
+    late where a faster one is not. That is so in narrow ranges; below a wider one the rate ends.
     """
-    found = highest(
-        most,
-        lambda steps: (
-            not _starves(motion, steps, axes, world)
-            and follows([line_at(motion, steps, world.pixel_hz)] * axes, world)
-        ),
-    )
-    return found if decode_of(motion) == PLAIN else found // 2 * 2
+    stride = 1 if decode_of(motion) == PLAIN else 2
+
+    def fits(steps: int) -> bool:
+        return not _starves(motion, steps, axes, world) and follows(
+            [line_at(motion, steps, world.pixel_hz)] * axes, world
+        )
+
+    found = highest(most, fits) // stride * stride
+    while late := _late_range(found, stride, fits):
+        found = highest(late - stride, fits) // stride * stride
+    return found
+
+
+def _late_range(found: int, stride: int, fits: Callable[[int], bool]) -> int:
+    """Return the lowest rate of a range that is late; 0: no two neighbours among those tried are.
+
+    They lie between a half of what is found and that.
+    """
+    parts = range(_SLOWER, 2 * _SLOWER)
+    tried = sorted({found * part // (2 * _SLOWER) // stride * stride for part in parts} - {0})
+    late = [not fits(steps) for steps in tried]
+    ranges = zip(tried, pairwise(late), strict=False)
+    return next((steps for steps, both in ranges if all(both)), 0)
 
 
 def _starves(motion: str, steps: int, axes: int, world: LineConditions) -> bool:
@@ -324,13 +341,12 @@ def _starves(motion: str, steps: int, axes: int, world: LineConditions) -> bool:
     return bool(_starved([line_at(motion, steps, world.pixel_hz, _LONG_PX)] * axes, world))
 
 
-def bound_by(motion: str, axes: int, world: LineConditions, most: int) -> str:
-    """Return what keeps a guaranteed rate from being higher.
+def bound_by(found: int, motion: str, axes: int, world: LineConditions, most: int) -> str:
+    """Return what keeps a guaranteed rate, `found`, from being higher.
 
     interrupt: the shortest interval of the step interrupt. bus: with a silent one it would be
     higher by a tenth. ring: the main loop has time, but cannot look further ahead. processor.
     """
-    found = rate(motion, axes, world, most)
     if found >= most - most // 64 - 1:
         return "interrupt"
     if _starves(motion, found + max(2, found // 32), axes, world):

@@ -200,7 +200,7 @@ def _guaranteed(able: Capability, world: guarantee.LineConditions) -> list[Guara
             "motion": motion,
             "max_speed_steps_px": steps,
             "max_rate_steps_s": int(steps * able.pixel_hz),
-            "bound_by": guarantee.bound_by(motion, able.axes, world, most),
+            "bound_by": guarantee.bound_by(steps, motion, able.axes, world, most),
         })  # fmt: skip
     return found
 
