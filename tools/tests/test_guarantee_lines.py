@@ -171,7 +171,7 @@ def test_pixels_of_several_edges_are_judged(pixstep):
 
 
 def test_a_slow_bus_is_promised_no_rate_whose_counts_it_cannot_bring(pixstep):
-    words = ("limits", "--board", "mega", "--pixel-hz", "1000", "--baud", "300", "--json")
+    words = ("limits", "--board", "mega", "--pixel-hz", "1000", "--baud", "9600", "--json")
     rows = {row["motion"]: row for row in json.loads(pixstep(*words))["guaranteed"]}
     assert (rows["smooth"]["max_speed_steps_px"], rows["smooth"]["bound_by"]) == (0, "bus")
     assert rows["constant"]["max_speed_steps_px"] > 0

@@ -20,8 +20,15 @@
 #define ADVANCE_ROUNDS    4u
 #define URGENT_ENTRIES    64.0
 #define LOAD_TICKS        1000.0 // most that an interrupt waits, and takes
+// In the middle of a request, boards of several axes decode only where all that is decoded ends
+// within half the time of a round (round.c). Where the last period of that is longer than this part
+// of a round, that comes too late, and a request of 250 bytes lasts so many cycles without a look.
+#define LONG_LAST     0.125
+#define WHOLE_REQUEST 30000.0
 #define MOST_BUSY         0.98   // of the interrupts: some time is always left
+#define MOST_EDGES        0.9    // of the time that these leave, for taking edges
 #define EDGE_ENTRY_CYCLES 16.0   // of step_ring_sum()
+#define EDGE_IN_TRAIN_CYCLES 1000.0
 // Edges that the capture queue holds, of boards of several axes and of one.
 #define EDGES_SEVERAL 8.0
 #define EDGES_ONE     5.0
@@ -138,6 +145,11 @@ static double rate(struct axis *a, double now)
     return part->end > part->begin ? part->steps / (part->end - part->begin) : 0.0;
 }
 
+static bool in_train(const struct axis *a)
+{
+    return a->plays != a->head && a->parts[a->plays].train;
+}
+
 // Share of the processor that interrupts take now; *until: when that may change.
 static double interrupts(struct loop *r, double *until)
 {
@@ -150,8 +162,7 @@ static double interrupts(struct loop *r, double *until)
     for (uint32_t i = 0; i < r->axes; i++) {
         struct axis *a = &r->axis[i];
         double steps = rate(a, r->now);
-        bool train = a->plays != a->head && a->parts[a->plays].train;
-        share += steps * (train ? c->train_isr : c->step_isr);
+        share += steps * (in_train(a) ? c->train_isr : c->step_isr);
         if (a->plays != a->head) {
             *until = fmin(*until, a->parts[a->plays].end);
         }
@@ -201,14 +212,42 @@ static double request_ticks(struct loop *r)
     return r->cost->request / (1.0 - interrupts(r, &until));
 }
 
+// How long the longest request lasts that begins now, without a look at the axes.
+static double whole_request_ticks(struct loop *r)
+{
+    double now = r->now;
+    double work = r->work;
+    uint8_t plays[GUARANTEE_AXES];
+
+    for (uint32_t i = 0; i < r->axes; i++) {
+        plays[i] = r->axis[i].plays;
+    }
+    spend(r, WHOLE_REQUEST);
+    double ticks = r->now - now;
+    for (uint32_t i = 0; i < r->axes; i++) {
+        r->axis[i].plays = plays[i];
+    }
+    r->now = now;
+    r->work = work;
+    return ticks;
+}
+
 static double round_cost(const struct loop *r)
 {
     return r->board->lead_edges != 0 ? r->cost->round_locked : r->cost->round;
 }
 
+// Nobody has said which axis is the clock's. The place of an edge in its train takes a division.
 static double edge_cost(const struct loop *r)
 {
-    return r->board->lead_edges != 0 ? r->cost->edge_locked : r->cost->edge;
+    double cycles = r->board->lead_edges != 0 ? r->cost->edge_locked : r->cost->edge;
+
+    for (uint32_t i = 0; i < r->axes; i++) {
+        if (in_train(&r->axis[i])) {
+            return cycles + EDGE_IN_TRAIN_CYCLES;
+        }
+    }
+    return cycles;
 }
 
 // After the longest request a single axis has a round before it decodes, and an edge may come in
@@ -247,12 +286,17 @@ static void note_time(struct loop *r, const struct axis *a)
 {
     struct guarantee_verdict *v = r->verdict;
     double load = fmin(a->last_ticks, LOAD_TICKS);
-    double slack = a->end - a->last_ticks - load - r->now - request_ticks(r);
+    double slack = a->end - a->last_ticks - load - r->now;
+    double request = request_ticks(r);
+    double spare = spare_ticks(r, a);
 
+    if (r->several && a->last_ticks > LONG_LAST * r->board->round_ticks) {
+        request = whole_request_ticks(r);
+    }
+    slack -= request;
     if (slack < v->slack_ticks) {
         v->slack_ticks = slack;
     }
-    double spare = spare_ticks(r, a);
 
     if (slack < spare) {
         lose(r, a, spare - slack);
@@ -492,6 +536,12 @@ static double next_event(const struct loop *r)
 // account only in one of some rounds after that.
 static void wait_until(struct loop *r, double ticks)
 {
+    double until;
+    double free_cycles = r->edge_ticks * (1.0 - interrupts(r, &until));
+
+    if (edge_cost(r) * r->board->margin > MOST_EDGES * free_cycles) {
+        lose(r, &r->axis[0], r->edge_ticks);
+    }
     r->now = ticks;
     r->rounds = 0;
     r->edges = fmax(r->edges, floor(r->now / r->edge_ticks));
@@ -501,6 +551,20 @@ static bool all_written(const struct loop *r)
 {
     for (uint32_t i = 0; i < r->axes; i++) {
         if (!is_over(&r->axis[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+// The clock's edges must be taken until the last step, too.
+static bool all_made(const struct loop *r)
+{
+    if (!all_written(r)) {
+        return false;
+    }
+    for (uint32_t i = 0; i < r->axes; i++) {
+        if (r->axis[i].end > r->now) {
             return false;
         }
     }
@@ -532,7 +596,7 @@ void loop_play(struct loop *loop)
 {
     fill(loop);
     loop->started = true;
-    while (loop->verdict->follows && !all_written(loop)) {
+    while (loop->verdict->follows && !all_made(loop)) {
         look_after(loop);
         bool any = loop->several ? decode_in_turn(loop) : decode_alone(loop);
         if (!any && loop->verdict->follows) {

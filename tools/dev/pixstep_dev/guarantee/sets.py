@@ -16,14 +16,14 @@ from pixstep.simulation.job import LOCK, START, LineExperiment
 from pixstep.simulation.pixel_clock import ClockFlaws
 from pixstep_trials import lines
 
-_OWN = ("own counts", "wild counts", "turns")
-KINDS = ("constant", "own counts", "wild counts", "turns", "smooth", "ramps", "backlash")
+_OWN = ("own counts", "wild counts", "turns", "rests")
+KINDS = ("constant", *_OWN, "smooth", "ramps", "backlash")
 LEAST_HZ, MOST_HZ = 20, 5000
 _SECONDS, _PIXELS = 1.2, (24, 1500)
 _CURVES_PX = 18
 _STREAM_S = 1.0  # of counts that a host sends while the board moves
 _OWN_PX = {"uno": 20, "mega": 56, "m1284": 56}  # a count of their own, so that the queue holds them
-DIVIDERS = (1, 1, 1, 2, 3, 8)
+DIVIDERS = (1, 1, 1, 2, 3, 8, 30)
 _JITTER = 0.005  # of an interval between edges: with more of it some edge is odd to a board
 SHARE = (0.4, 1.2)  # of the limit,
 BEYOND = 1 / 0.85  # which lies so far beyond what is guaranteed
@@ -58,6 +58,9 @@ class SetShape:
                 able = capability_of(board, Fraction(hz))
                 most = min(steps, max(1, round(0.97 * able.direct_reversal_speed)))
                 counts = [some.choice((-1, 1)) * some.randint(0, most) for _ in range(few)]
+            elif self.kind == "rests":
+                low = some.choice((0, 1))
+                counts = [some.choice((low, some.randint(steps // 2, steps))) for _ in range(few)]
             else:
                 wild = self.kind == "wild counts"
                 least = steps // 2 if wild else max(0, steps - some.choice((2, steps // 10)))
@@ -97,6 +100,7 @@ class LineSet:
     loaded: bool
     baud: int
     divider: int = 1  # edges of the clock a pixel
+    first: int = 0  # axis
 
     @property
     def lines(self) -> dict[int, Line]:
@@ -108,7 +112,7 @@ class LineSet:
         """What is simulated."""
         return LineExperiment(
             self.board,
-            self.lines,
+            {self.first + axis: line for axis, line in self.lines.items()},
             Fraction(self.hz * self.divider),
             divider=self.divider,
             sync=self.sync,
@@ -126,7 +130,8 @@ class LineSet:
     def __str__(self) -> str:
         """Return it in a line."""
         return (
-            f"{self.board} {len(self.shape.shares)} {self.kind} {self.sync} {self.hz} Hz"
+            f"{self.board} {len(self.shape.shares)} from {self.first} {self.kind} {self.sync} "
+            f"{self.hz} Hz"
             f"{f' of {self.divider} edges' if self.divider > 1 else ''}, "
             f"{self.steps} of {self.limit} steps, {self.ppm:+.0f} ppm, {self.jitter_us:.1f} us, "
             f"{self.baud} baud{', loaded' if self.loaded else ''}"
@@ -164,6 +169,7 @@ def random_set(seed: str, board: str | None = None) -> LineSet:
     )
     divider = random.Random(f"{seed} divider").choice(DIVIDERS)
     divider = divider if hz * divider <= MOST_HZ else 1
+    first = random.Random(f"{seed} first").randint(0, boards.load(board).axes - axes)
     clock = {"sync": 2 if sync == LOCK else 1, "divider": divider}
     able = capability_of(board, Fraction(hz), axes=axes, clock=clock)
     smooth = kind in ("smooth", "ramps", "backlash")
@@ -181,5 +187,5 @@ def random_set(seed: str, board: str | None = None) -> LineSet:
     return LineSet(
         board, kind, hz, sync, shape, steps, limit,
         some.uniform(-900, 900), jitter_us,
-        loaded, baud, divider,
+        loaded, baud, divider, first,
     )  # fmt: skip

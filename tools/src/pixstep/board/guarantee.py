@@ -6,8 +6,8 @@ higher by what their table misses of the worst of its probes, and with some marg
 above: which part of a line comes first depends on every cost, so that no single margin is the worst
 one. Every part must be there some time before it is needed, since the replay does not know at which
 moment of a round an edge or a byte comes. A line that passes runs without a fault whatever a host
-asks meanwhile, and with every record kept. What a replay cannot know it does not promise: a clock
-that is worse than declared, a host that sends line data too late.
+asks meanwhile. What a replay cannot know it does not promise: a clock that is worse than declared,
+a host that sends line data too late.
 """
 
 import math
@@ -29,6 +29,8 @@ from pixstep.lines.units import period_ticks, refuse_periods
 NAME = "beyond_guarantee"  # of what is found
 INTERVALS = 1.1  # of the shortest interval of several axes: at 1.05 some runs end in underruns
 LONE = 1.05  # of that of a single axis: beside some thousand edges a second one run of many failed
+DIVIDED = 1.15  # where edges of the clock come inside of a pixel, in the middle of a pulse train
+MOST_EDGES_HZ = 5000  # with more than this nobody has tried what a board follows
 # Chosen by the campaign's sets, and by lines at the guaranteed rates beside a saturated bus: with
 # less, some that were accepted failed. On a fast clock small costs add up that are not reckoned.
 _MARGINS = (1.0, 1.05, 1.1, 1.14)
@@ -42,6 +44,7 @@ DECLARED_PPM = 1000  # a clock may be so much faster
 _BYTES, _REST_S, _BYTE_BITS = 100, 0.0043, 11
 _WINDOW_S, _FRAME_BYTES = 0.008, 256  # as long as rings last; all of it may fall into a frame
 _DATA_SHARE = 0.2  # of the bytes on the bus are line data, its checks and records the rest
+_BEHIND_BYTES = 80  # of line data that come while records are read and a block is on its way
 _ROUND_S = 0.004  # firmware/app/round.c
 _LEAD_TICKS = 0x20000  # firmware/app/reference.c
 _MARKS = 16
@@ -151,10 +154,16 @@ def verdicts(lines: Sequence[Line], world: LineConditions) -> Iterator[ReplayVer
 
 def first_late(lines: Sequence[Line], world: LineConditions) -> ReplayVerdict | None:
     """Return the verdict of the first margin with which a line is late; None: all are followed."""
-    for found in (_too_close(lines, world), _starved(lines, world)):
+    for found in (_too_fast_clock(world), _too_close(lines, world), _starved(lines, world)):
         if found:
             return found
     return next((one for one in verdicts(lines, world) if not one.follows), None)
+
+
+def _too_fast_clock(world: LineConditions) -> ReplayVerdict | None:
+    """Return that a clock has more edges a second than the boards were tried with."""
+    fast = world.pixel_hz * world.divider > MOST_EDGES_HZ
+    return ReplayVerdict(False, 0, 1, 0.0, 0.0, 0.0) if fast else None
 
 
 def _too_close(lines: Sequence[Line], world: LineConditions) -> ReplayVerdict | None:
@@ -163,7 +172,7 @@ def _too_close(lines: Sequence[Line], world: LineConditions) -> ReplayVerdict | 
     The boards accept shorter intervals, at which now and then its calls meet a byte, an edge of the
     clock and a timer.
     """
-    share = INTERVALS if len(lines) > 1 else LONE
+    share = DIVIDED if world.divider > 1 else INTERVALS if len(lines) > 1 else LONE
     loop, kind = loop_of(world), boards.load(world.board)
     for axis, line in enumerate(lines):
         least = (kind.smooth_min_intervals_ticks if line.smooth else kind.min_intervals_ticks)[
@@ -178,17 +187,33 @@ def _too_close(lines: Sequence[Line], world: LineConditions) -> ReplayVerdict | 
 
 
 def _starved(lines: Sequence[Line], world: LineConditions) -> ReplayVerdict | None:
-    """Return the line for which counts cannot come in time, by the bytes that the bus carries."""
+    """Return the line for which counts cannot come in time, by the bytes that the bus carries.
+
+    Those that do not fit their queues share them.
+    """
     room = _room(world)
-    sizes = [_size(line) for line in lines]
-    # A queue is full when its line begins: what does not fit must come until the line is over.
-    more = [max(0, size - room) / line.pixels for size, line in zip(sizes, lines, strict=True)]
-    a_second = sum(more) * float(world.pixel_hz)
-    if a_second <= _DATA_SHARE * loop_of(world).asked_per_tick * boards.load(world.board).tick_hz:
-        return None
-    axis = more.index(max(more))
-    pixel = lines[axis].pixels * room // sizes[axis] + 1
-    return ReplayVerdict(False, axis, pixel, 0.0, 0.0, 0.0)
+    longer = [axis for axis, line in enumerate(lines) if _size(line) > room]
+    loop = loop_of(world)
+    a_pixel = _DATA_SHARE * loop.asked_per_tick * loop.pixel_ticks / max(1, len(longer))
+    for axis in longer:
+        if pixel := _dry_at(lines[axis], room - _BEHIND_BYTES, a_pixel):
+            return ReplayVerdict(False, axis, pixel, 0.0, 0.0, 0.0)
+    return None
+
+
+def _dry_at(line: Line, room: int, bytes_a_pixel: float) -> int:
+    """Return the first pixel that a queue of so many bytes lacks, full at first; 0: it lacks none.
+
+    While the line moves, so many bytes come in each pixel, as far as there is room for them.
+    """
+    lacks, pixel = 0.0, 1
+    for size, pixels in runs.packed_entries(runs.queue_entries(line)):
+        lacks += size
+        if lacks > room:
+            return pixel
+        lacks = max(0.0, lacks - pixels * bytes_a_pixel)
+        pixel += pixels
+    return 0
 
 
 def _room(world: LineConditions) -> int:
@@ -209,7 +234,9 @@ def judge(lines: Sequence[Line], world: LineConditions) -> LatePlace | None:
     late = first_late(lines, world)
     if late is None:
         return None
-    near = [_cut(line, late.pixel + _LOOK_PX) for line in lines]
+    # Counts that come too late are missing in a line that is longer than its queue.
+    starved = _starved(lines, world)
+    near = lines if starved else [_cut(line, late.pixel + _LOOK_PX) for line in lines]
     most = max(_fastest(line) for line in lines)
     share = highest(_FEWER, lambda part: follows([_slower(one, part) for one in near], world))
     slower = highest(

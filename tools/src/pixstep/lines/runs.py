@@ -5,7 +5,7 @@ On the way an entry is packed into 1 to 4 bytes, as firmware/core/line/segment_p
 single pixel whose count is near that of the entry before takes one byte.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import groupby
 
@@ -204,13 +204,17 @@ def entry_size(first: int) -> int:
     return 3 if first == _RUN else 2
 
 
-def packed_size(entries: Iterable[tuple[int, int]]) -> int:
-    """Return how many bytes entries take behind each other, the first two in full."""
-    total, last = 0, None
+def packed_entries(entries: Iterable[tuple[int, int]]) -> Iterator[tuple[int, int]]:
+    """Yield how many bytes each entry of a line takes, and its pixels; the first two in full."""
+    last = None
     for index, entry in enumerate(entries):
         data, last = pack(entry, last if index >= 2 else None)
-        total += len(data)
-    return total
+        yield len(data), entry[1] if index >= 2 else 0
+
+
+def packed_size(entries: Iterable[tuple[int, int]]) -> int:
+    """Return how many bytes the entries of a line take behind each other."""
+    return sum(size for size, _ in packed_entries(entries))
 
 
 def signed(value: int, bits: int) -> int:

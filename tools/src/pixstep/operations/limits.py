@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, TypedDict
 
 from pixstep.board import boards, capability, guarantee, settings
 from pixstep.board.capability import DRIVER_US, KINDS, SMOOTH, Capability, Measured
-from pixstep.board.port import BAUD
 from pixstep.lines.units import (
     ACCELERATION,
     DISTANCE,
@@ -132,9 +131,7 @@ class ShowLimits(OfClock):
         Time("us", 1, 1000, int), default=DRIVER_US,
         about="The longer of the board's settings dir_setup_us and dir_hold_us.",
     )  # fmt: skip
-    baud: int = option(
-        Whole(300, 4_000_000), "Rate of the serial line while the axes move.", default=BAUD
-    )
+    baud: int = shared.board_baud("Rate of the serial line while the axes move.")
     max_speed: Quantity | None = shared.max_speed()
     max_acceleration: Quantity | None = shared.max_acceleration()
     max_jerk: Quantity | None = shared.max_jerk()

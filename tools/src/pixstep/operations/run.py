@@ -8,11 +8,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from pixstep import atomic, formats, natives, outfolder
 from pixstep.board import boards, capability, guarantee, settings
-from pixstep.board.port import BAUD
 from pixstep.errors import FINE, NEGATIVE, UserError
 from pixstep.lazy import have_package, rich
 from pixstep.lines import core, exact, line_check
@@ -21,7 +20,7 @@ from pixstep.operations import judging, reading_lines, shared
 from pixstep.operations.asked import AskedError
 from pixstep.operations.clocks import FlawFields, OfClock
 from pixstep.operations.desk import Desk
-from pixstep.operations.kinds import FILE, FOLDER, TEXT, Choice, Whole
+from pixstep.operations.kinds import FILE, FOLDER, TEXT, Choice
 from pixstep.operations.reading_lines import per_line
 from pixstep.operations.request import Request, flag, operation, option
 from pixstep.operations.result import Page, Result
@@ -47,15 +46,6 @@ def simulated_result(
     return Result(summary, page, report.exit_status(summary["verdict"]))
 
 
-class _Baud(Whole):
-    """A rate that the board's setting can hold."""
-
-    def _within(self, value: Any) -> Any:
-        if super()._within(value) % 100:
-            raise UserError(f"{value}: a multiple of 100 is wanted")
-        return value
-
-
 @operation("sim")
 class Sim(OfClock, FlawFields):
     """Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.
@@ -75,10 +65,9 @@ class Sim(OfClock, FlawFields):
     sync: str = shared.sync()
     gate_edges: int = shared.gate_edges()
     serial_load: bool = flag("Saturate the serial line while moving.")
-    baud: int = option(
-        _Baud(9600, 1_000_000),
-        "Rate of the serial line; the board is set to it before lines are sent.", default=BAUD,
-    )  # fmt: skip
+    baud: int = shared.board_baud(
+        "Rate of the serial line; the board is set to it before lines are sent."
+    )
     seed: int = shared.seed()
     out: Path = shared.out("run")
     backlash_policy: str = option(

@@ -7,7 +7,8 @@ from typing import Any
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.port import TIMEOUT_S, TIMEOUTS_S
+from pixstep.board.port import BAUD, TIMEOUT_S, TIMEOUTS_S
+from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.operations import machine_defaults as machine
 from pixstep.operations.kinds import (
@@ -108,6 +109,20 @@ def simulated_board() -> Any:
 def image() -> Any:
     """Return the field of another image for a simulated board."""
     return option(FILE, "Another firmware image (ELF) for the board.")
+
+
+class _BoardBaud(Whole):
+    """A rate that a board's setting can hold."""
+
+    def _within(self, value: Any) -> Any:
+        if super()._within(value) % 100:
+            raise UserError(f"{value}: a multiple of 100 is wanted")
+        return value
+
+
+def board_baud(about: str) -> Any:
+    """Return the field of a board's own rate on the bus."""
+    return option(_BoardBaud(9600, 1_000_000), about, default=BAUD)
 
 
 def seed() -> Any:

@@ -13,7 +13,6 @@ from typing import TypedDict
 from pixstep import atomic, formats
 from pixstep.board import boards, guarantee, settings
 from pixstep.board.capability import named_limits
-from pixstep.board.port import BAUD
 from pixstep.errors import AskedText, RefusedError, UserError
 from pixstep.lines import core, line_check, units
 from pixstep.lines.line import Line
@@ -80,9 +79,7 @@ class LineCheck(OfClock):
         Whole(1), "Axes that move at once, the line's own included: the more, the slower.",
         default_text="as many as there are files",
     )  # fmt: skip
-    baud: int = option(
-        Whole(300, 4_000_000), "Rate of the serial line while the axes move.", default=BAUD
-    )
+    baud: int = shared.board_baud("Rate of the serial line while the axes move.")
     beyond: bool = judging.beyond()
     min_interval: int | None = option(
         Whole(1, 65_535), "Shortest interval between two steps, ticks. [default: the board's]"
