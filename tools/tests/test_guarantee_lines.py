@@ -207,3 +207,45 @@ def test_python_goes_beyond_where_it_is_told_to():
 def test_a_board_of_one_axis_gets_short_blocks(board, most):
     with SimulatedBoard(board, Fraction(100)) as run:
         assert run.board.block_bytes() == most
+
+
+def clocked(board, edge_hz, divider, sync=1):
+    return guarantee.LineConditions(board, Fraction(edge_hz, divider), sync, divider)
+
+
+RESTS = Line((0, 300) * 210, PLAIN)
+LATE = {  # each ended in a fault in the simulator
+    "rests": ([RESTS], clocked("mega", 700, 1)),
+    "slow steps": ([Line((1, 240) * 210, PLAIN)], clocked("mega", 900, 1)),
+    "rests of two axes": ([Line((0, 90) * 210, PLAIN)] * 2, clocked("mega", 700, 1)),
+    "edges in trains": ([Line((1133,) * 100, PLAIN)] * 2, clocked("m1284", 3000, 30, sync=2)),
+    "edges in the clock's trains": ([Line((950,) * 60, PLAIN)] * 2, clocked("mega", 2000, 20)),
+    "edges between two steps": ([Line((2363,) * 60, PLAIN)], clocked("mega", 1000, 10)),
+    "two pixels": ([Line((1, 1543), PLAIN)], clocked("uno", 5000, 32)),
+    "more edges than were tried": ([Line((5,) * 50, PLAIN)], clocked("m1284", 6000, 50)),
+}
+
+
+@pytest.mark.parametrize("name", LATE)
+def test_what_ended_in_a_fault_is_refused(name):
+    lines, conditions = LATE[name]
+    assert guarantee.NAME in guarantee.refusal(lines, conditions)
+
+
+def test_a_rest_is_followed_where_the_board_has_time_for_a_whole_request():
+    for hz in (30, 100, 300):
+        assert guarantee.follows([RESTS], world("mega", hz))
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_an_easy_stretch_does_not_hide_counts_that_the_bus_cannot_bring(swapped):
+    dense, easy = tuple(k * 7 % 10 for k in range(1200)), (4,) * 8000
+    line = Line(dense + easy if swapped else easy + dense, PLAIN, name="both")
+    slow = guarantee.LineConditions("uno", Fraction(500), baud=9600)
+    text = guarantee.refusal([line], slow)
+    found = re.search(
+        r"both: beyond_guarantee at pixel (\d+): 9600 baud may .*follows (\S+) Hz", text
+    )
+    assert found, text
+    assert (int(found[1]) < 1200) == swapped and float(found[2]) < 250
+    assert not guarantee.refusal([line], guarantee.LineConditions("uno", Fraction(500)))

@@ -91,6 +91,7 @@ struct guarantee_board {
     uint32_t more_edges;
     double bytes_per_tick, asked_per_tick;
     double round_ticks;
+    uint32_t most_calls;
     double spare_ticks;
     double margin;
 };

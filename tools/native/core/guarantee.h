@@ -68,7 +68,8 @@ struct guarantee_board {
     uint32_t more_edges; // of one that has begun
     // Of the bus: bytes while a frame is under way, bytes of frames and the rests between them.
     double bytes_per_tick, asked_per_tick;
-    double round_ticks; // that a round of several axes decodes for
+    double round_ticks;  // that a round of several axes decodes for
+    uint32_t most_calls; // of the decoder in such a round while the bus brings counts; 0: any
     double spare_ticks; // that every part must be early by
     double margin;      // of all costs of the main loop: 1 and what their table misses
 };

@@ -466,6 +466,7 @@ static bool decode_in_turn(struct loop *r)
 {
     double since = r->now;
     uint32_t out = 0;
+    uint32_t calls = 0;
     bool any = false;
 
     do {
@@ -482,7 +483,8 @@ static bool decode_in_turn(struct loop *r)
             out |= 1u << (a - r->axis);
         }
         any = any || units > 0.0;
-    } while (r->now - since < r->board->round_ticks);
+        calls++;
+    } while (calls != r->board->most_calls && r->now - since < r->board->round_ticks);
     return any;
 }
 

@@ -35,7 +35,10 @@ MOST_EDGES_HZ = 5000  # with more than this nobody has tried what a board follow
 # less, some that were accepted failed. On a fast clock small costs add up that are not reckoned.
 _MARGINS = (1.0, 1.05, 1.1, 1.14)
 _SPARE_TICKS, _SPARE_TICKS_SEVERAL = 5000, 8000  # where one axis moves, and where several do
+# Curves of several axes often begin together, in the middle of a request with 2 ms left (round.c).
+_SPARE_TICKS_CURVES = 20_000
 _FAST_HZ, _FAST_MARGINS = 1000, (1.18, 1.25)  # hertz of the clock's edges
+_STREAMED_MARGINS = (1.4, 1.6)  # several axes whose counts come while they move: blocks cost more
 ADVICE = "beyond=True lets the board try"
 MOTIONS = ("constant", "smooth", "ramp")
 DECLARED_PPM = 1000  # a clock may be so much faster
@@ -45,7 +48,8 @@ _BYTES, _REST_S, _BYTE_BITS = 100, 0.0043, 11
 _WINDOW_S, _FRAME_BYTES = 0.008, 256  # as long as rings last; all of it may fall into a frame
 _DATA_SHARE = 0.2  # of the bytes on the bus are line data, its checks and records the rest
 _BEHIND_BYTES = 80  # of line data that come while records are read and a block is on its way
-_ROUND_S = 0.004  # firmware/app/round.c
+_ROUND_S, _CALLS_STREAMED = 0.004, 2  # firmware/app/round.c
+_DATA_BYTE_CYCLES = 300  # of a byte of counts, to check and keep it
 _LEAD_TICKS = 0x20000  # firmware/app/reference.c
 _MARKS = 16
 _FEWER = 64  # parts of a line's counts, or of its clock, by which less is tried
@@ -107,8 +111,14 @@ class LatePlace:
     most_steps: int  # that it has
 
 
-def loop_of(world: LineConditions, margin: float = 1.0, moving: int = 1) -> Loop:
-    """Return the board's main loop in this world, while so many axes move."""
+def _spare_ticks(lines: Sequence[Line]) -> int:
+    if len(lines) < 2:
+        return _SPARE_TICKS
+    return _SPARE_TICKS_CURVES if any(line.smooth for line in lines) else _SPARE_TICKS_SEVERAL
+
+
+def loop_of(world: LineConditions, margin: float = 1.0, lines: Sequence[Line] = ()) -> Loop:
+    """Return the board's main loop in this world, while these lines run together."""
     kind = boards.load(world.board)
     nominal = float(period_ticks(world.pixel_hz, kind.tick_hz))
     locked = settings.locks({"sync": world.sync})
@@ -128,14 +138,19 @@ def loop_of(world: LineConditions, margin: float = 1.0, moving: int = 1) -> Loop
         min(_WINDOW_S * a_second, _FRAME_BYTES) / _WINDOW_S / kind.tick_hz,
         _BYTES / (_BYTES / a_second + _REST_S) / kind.tick_hz,
         _ROUND_S * kind.tick_hz,
-        _SPARE_TICKS_SEVERAL if moving > 1 else _SPARE_TICKS,
+        _spare_ticks(lines),
         margin,
     )
 
 
-def _margins(world: LineConditions) -> tuple[float, ...]:
+def _margins(world: LineConditions, *, streamed: bool) -> tuple[float, ...]:
     fast = world.pixel_hz * world.divider >= _FAST_HZ
-    return (*_MARGINS, 1.0 + costs.of(world.board).low, *(_FAST_MARGINS if fast else ()))
+    return (
+        *_MARGINS,
+        1.0 + costs.of(world.board).low,
+        *(_FAST_MARGINS if fast or streamed else ()),
+        *(_STREAMED_MARGINS if streamed else ()),
+    )
 
 
 def verdicts(lines: Sequence[Line], world: LineConditions) -> Iterator[ReplayVerdict]:
@@ -147,9 +162,12 @@ def verdicts(lines: Sequence[Line], world: LineConditions) -> Iterator[ReplayVer
     found = costs.of_replay(
         world.board, streamed=bool(streamed), turning=any(line.turns for line in streamed)
     )
+    if streamed:
+        found["request_byte"] += _DATA_SHARE * _DATA_BYTE_CYCLES
     replay = Replay(lines)
-    for margin in _margins(world):
-        yield replay.judge(found, loop_of(world, margin, len(lines)))
+    for margin in _margins(world, streamed=bool(streamed) and len(lines) > 1):
+        loop = loop_of(world, margin, lines)
+        yield replay.judge(found, replace(loop, most_calls=_CALLS_STREAMED if streamed else 0))
 
 
 def first_late(lines: Sequence[Line], world: LineConditions) -> ReplayVerdict | None:

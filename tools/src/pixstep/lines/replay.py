@@ -25,6 +25,7 @@ class Loop:
     round_ticks: float = 0.0
     spare_ticks: float = 0.0
     margin: float = 1.0
+    most_calls: int = 0
 
 
 @dataclass(frozen=True)
