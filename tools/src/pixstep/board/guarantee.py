@@ -36,9 +36,9 @@ MOST_EDGES_HZ = 5000  # with more than this nobody has tried what a board follow
 _MARGINS = (1.0, 1.05, 1.1, 1.14)
 _SPARE_TICKS, _SPARE_TICKS_SEVERAL = 5000, 8000  # where one axis moves, and where several do
 # Curves of several axes often begin together, in the middle of a request with 2 ms left (round.c).
-_SPARE_TICKS_CURVES = 20_000
+_SPARE_TICKS_CURVES = 16_000
 _FAST_HZ, _FAST_MARGINS = 1000, (1.18, 1.25)  # hertz of the clock's edges
-_STREAMED_MARGINS = (1.4, 1.6)  # several axes whose counts come while they move: blocks cost more
+_TURNING_MARGINS = (1.4, 1.6)  # where counts of several axes that turn come while they move
 ADVICE = "beyond=True lets the board try"
 MOTIONS = ("constant", "smooth", "ramp")
 DECLARED_PPM = 1000  # a clock may be so much faster
@@ -143,13 +143,13 @@ def loop_of(world: LineConditions, margin: float = 1.0, lines: Sequence[Line] = 
     )
 
 
-def _margins(world: LineConditions, *, streamed: bool) -> tuple[float, ...]:
+def _margins(world: LineConditions, *, turning: bool = False) -> tuple[float, ...]:
     fast = world.pixel_hz * world.divider >= _FAST_HZ
     return (
         *_MARGINS,
         1.0 + costs.of(world.board).low,
-        *(_FAST_MARGINS if fast or streamed else ()),
-        *(_STREAMED_MARGINS if streamed else ()),
+        *(_FAST_MARGINS if fast or turning else ()),
+        *(_TURNING_MARGINS if turning else ()),
     )
 
 
@@ -159,13 +159,12 @@ def verdicts(lines: Sequence[Line], world: LineConditions) -> Iterator[ReplayVer
     Of a line that does not fit its queue more comes while the board moves.
     """
     streamed = [line for line in lines if _size(line) > _room(world)]
-    found = costs.of_replay(
-        world.board, streamed=bool(streamed), turning=any(line.turns for line in streamed)
-    )
+    turning = any(line.turns for line in streamed)
+    found = costs.of_replay(world.board, streamed=bool(streamed), turning=turning)
     if streamed:
         found["request_byte"] += _DATA_SHARE * _DATA_BYTE_CYCLES
     replay = Replay(lines)
-    for margin in _margins(world, streamed=bool(streamed) and len(lines) > 1):
+    for margin in _margins(world, turning=turning and len(lines) > 1):
         loop = loop_of(world, margin, lines)
         yield replay.judge(found, replace(loop, most_calls=_CALLS_STREAMED if streamed else 0))
 
