@@ -69,9 +69,9 @@ struct guarantee_board {
     // Of the bus: bytes while a frame is under way, bytes of frames and the rests between them.
     double bytes_per_tick, asked_per_tick;
     double round_ticks;  // that a round of several axes decodes for
-    uint32_t most_calls; // of the decoder in such a round while the bus brings counts; 0: any
-    double spare_ticks; // that every part must be early by
-    double margin;      // of all costs of the main loop: 1 and what their table misses
+    uint32_t most_calls; // of the decoder in it while the bus brings counts; 0: any
+    double spare_ticks;  // that every part must be early by
+    double margin;       // of all costs of the main loop: 1 and what their table misses
 };
 
 struct guarantee_verdict {
