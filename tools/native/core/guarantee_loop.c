@@ -22,12 +22,14 @@
 #define LOAD_TICKS     1000.0 // most that an interrupt waits, and takes
 // In the middle of a request, boards of several axes decode only where all that is decoded ends
 // within half the time of a round (round.c). Where the last period of that is longer than this part
-// of a round, that comes too late, and a request of 250 bytes lasts so many cycles without a look.
-#define LONG_LAST            0.125
-#define WHOLE_REQUEST        30000.0
-#define MOST_BUSY            0.98 // of the interrupts: some time is always left
-#define MOST_EDGES           0.9  // of the time that these leave, for taking edges
-#define EDGE_ENTRY_CYCLES    16.0 // of step_ring_sum()
+// of a round, that comes too late, and a request of 250 bytes lasts so many cycles without a look:
+// 27,000 and less on a Mega that reads out its records.
+#define LONG_LAST         0.125
+#define WHOLE_REQUEST     30000.0
+#define MOST_BUSY         0.98 // of the interrupts: some time is always left
+#define MOST_EDGES        0.9  // of the time that these leave, for taking edges
+#define EDGE_ENTRY_CYCLES 16.0 // of step_ring_sum()
+// More than of other edges: some 1,000 on a 1284P, 620 on a Mega.
 #define EDGE_IN_TRAIN_CYCLES 1000.0
 // Edges that the capture queue holds, of boards of several axes and of one.
 #define EDGES_SEVERAL 8.0
