@@ -29,7 +29,7 @@ from pixstep.lines.units import period_ticks, refuse_periods
 NAME = "beyond_guarantee"  # of what is found
 INTERVALS = 1.1  # of the shortest interval of several axes: at 1.05 some runs end in underruns
 LONE = 1.05  # of that of a single axis: beside some thousand edges a second one run of many failed
-DIVIDED = 1.15  # where edges of the clock come inside of a pixel, in the middle of a pulse train
+INSIDE = 1.15  # where edges of the clock come inside of a pixel, in the middle of a pulse train
 MOST_EDGES_HZ = 5000  # with more than this nobody has tried what a board follows
 # Chosen by the campaign's sets, and by lines at the guaranteed rates beside a saturated bus: with
 # less, some that were accepted failed. On a fast clock small costs add up that are not reckoned.
@@ -189,8 +189,9 @@ def _too_close(lines: Sequence[Line], world: LineConditions) -> ReplayVerdict | 
     The boards accept shorter intervals, at which now and then its calls meet a byte, an edge of the
     clock and a timer.
     """
-    share = DIVIDED if world.divider > 1 else INTERVALS if len(lines) > 1 else LONE
     loop, kind = loop_of(world), boards.load(world.board)
+    inside = world.divider > 1 or not settings.locks({"sync": world.sync})
+    share = INSIDE if inside else INTERVALS if len(lines) > 1 else LONE
     for axis, line in enumerate(lines):
         least = (kind.smooth_min_intervals_ticks if line.smooth else kind.min_intervals_ticks)[
             len(lines) - 1
