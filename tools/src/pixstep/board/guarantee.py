@@ -36,8 +36,8 @@ MOST_EDGES_HZ = 5000  # with more than this nobody has tried what a board follow
 _MARGINS = (1.0, 1.05, 1.1, 1.14)
 _SPARE_TICKS, _SPARE_TICKS_SEVERAL = 5000, 8000  # where one axis moves, and where several do
 # Curves of several axes often begin together, in the middle of a request with 2 ms left (round.c).
-_SPARE_TICKS_CURVES = 16_000
-_FAST_HZ, _FAST_MARGINS = 1000, (1.18, 1.25)  # hertz of the clock's edges
+_SPARE_TICKS_CURVES = 14_000
+_FAST_HZ, _FAST_MARGINS = 1000, (1.18, 1.25)  # hertz of the clock's edges; or a faster bus
 _TURNING_MARGINS = (1.4, 1.6)  # where counts of several axes that turn come while they move
 ADVICE = "beyond=True lets the board try"
 MOTIONS = ("constant", "smooth", "ramp")
@@ -144,7 +144,7 @@ def loop_of(world: LineConditions, margin: float = 1.0, lines: Sequence[Line] = 
 
 
 def _margins(world: LineConditions, *, turning: bool = False) -> tuple[float, ...]:
-    fast = world.pixel_hz * world.divider >= _FAST_HZ
+    fast = world.pixel_hz * world.divider >= _FAST_HZ or world.baud > BAUD
     return (
         *_MARGINS,
         1.0 + costs.of(world.board).low,
