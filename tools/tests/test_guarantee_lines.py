@@ -214,7 +214,7 @@ def clocked(board, edge_hz, divider, sync=1):
 
 
 RESTS = Line((0, 300) * 210, PLAIN)
-LATE = {  # each ended in a fault in the simulator
+LATE = {  # all but the last ended in a fault in the simulator, some on other axes than the first
     "rests": ([RESTS], clocked("mega", 700, 1)),
     "slow steps": ([Line((1, 240) * 210, PLAIN)], clocked("mega", 900, 1)),
     "rests of two axes": ([Line((0, 90) * 210, PLAIN)] * 2, clocked("mega", 700, 1)),
