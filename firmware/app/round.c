@@ -35,10 +35,11 @@
 // So many calls come first even where the bus brings entries of lines, or waits in the middle of a
 // request.
 #define DECODE_CALLS_LEAST 2u
-// What is decoded for an axis is enough for now when it lasts so long: the board looks again within
-// 4,000 cycles, interrupts not counted, and may then decode for other axes first. Longer is not
-// needed: what is decoded in the middle of a request holds up its reply, and the bytes that follow.
-#define ENOUGH_TICKS ((uint32_t)(CONFIG_TIMER_HZ / 1000uL * 2uL))
+// What is decoded for an axis is enough for now when its last period begins so much later: the
+// board looks again within 4,000 cycles, interrupts not counted, and may then decode for other axes
+// first: it is the time of a long turn of the decoder. More is not needed: what is decoded in the
+// middle of a request holds up its reply, and the bytes that follow.
+#define ENOUGH_TICKS ((uint32_t)(CONFIG_TIMER_HZ / 1000uL * (DECODE_US / 1000u)))
 // The switches of every axis are read once in this many rounds; those of a seeking axis, in every
 // round.
 #define INPUT_ROUNDS 4u
@@ -215,13 +216,23 @@ static inline bool train_may_be_over(uint8_t i)
 }
 
 // Advance an account between two rounds' looks at the clock. An edge captured since holds up the
-// account of the clock's axis, and is taken first.
+// account of the clock's axis, and is taken first. Returns false when the account stays for that.
 static bool advance_now(uint8_t i)
 {
     if (i == CONFIG_PIXEL_CLOCK_AXIS) {
         clock_edges_poll();
     }
     return axes_advance(i, LEDGER_BY_WAYPOINTS);
+}
+
+// Advance an account that waits for the end of a train. Returns false when it found nothing new: a
+// single period before the train may take as long as some rounds.
+static bool advance_moves(uint8_t i)
+{
+    const struct stream *stream = &axes_get(i)->feed.stream;
+    uint8_t retired = stream->retired;
+
+    return advance_now(i) && (stream->retired != retired || stream_train_free(stream));
 }
 
 // Advance these accounts, right before the decoding. A pixel's edge ends the trains of all axes,
@@ -233,8 +244,7 @@ static void advance_ended_trains(void)
 
     for (uint8_t i = 0; looks < CONFIG_AXES && calls != 0; i = (i + 1u) % CONFIG_AXES) {
         looks++;
-        if (train_may_be_over(i)) {
-            (void)advance_now(i);
+        if (train_may_be_over(i) && advance_moves(i)) {
             looks = 0;
             calls--;
         }
@@ -519,11 +529,15 @@ void round_poll(void)
 }
 
 #if CONFIG_AXES > 1
-// True when what is decoded for this axis lasts until then, or nothing more can be decoded.
+// True when what is decoded for this axis lasts until then, or nothing more can be decoded. The
+// interrupt needs the next entry when the last period begins.
 static inline bool lasts_until(const struct axis *axis, uint32_t until_ticks)
 {
+    const struct stream *stream = &axis->feed.stream;
+
     return axis->phase == DECODE_OUTSIDE || axis->phase == DECODE_DRY ||
-           (int32_t)(stream_end_ticks(&axis->feed.stream) - until_ticks) >= 0;
+           (int32_t)(stream_end_ticks(stream) - stream_newest_ticks(stream) -
+                     until_ticks) >= 0;
 }
 
 // True when no axis comes near the end of what is decoded for it before the next look.

@@ -394,6 +394,32 @@ static inline uint16_t stream_entry_ticks(const struct stream *stream, uint8_t s
     return (uint16_t)(top_ticks + stream->ring->low[slot] + 1u);
 }
 
+// Length of the shorter intervals of a train (0 or 1), ticks. The longer ones take one tick more.
+// The train must be in use, and the stream must have trains.
+static inline uint16_t stream_train_base(const struct stream *stream, uint8_t train)
+{
+    const struct pulse_train *carried = &stream->engine_trains[train];
+    uint16_t top_ticks = (uint16_t)((uint16_t)carried->top_high << 8);
+
+    return (uint16_t)(top_ticks + carried->short_low + 1u);
+}
+
+// Length of the newest period, ticks: the interrupt needs the next entry when it begins. In a train
+// it may take one tick more. After stream_reset() only when something was written.
+static inline uint16_t stream_newest_ticks(const struct stream *stream)
+{
+    uint8_t slot = (uint8_t)(stream->head - 1u);
+
+    while (stream->ring->high[slot] == STEP_HIGH_COMMAND) {
+        slot--;
+    }
+    if (stream->ring->high[slot] == STEP_HIGH_TRAIN) {
+        int8_t low = (int8_t)stream->ring->low[slot];
+        return stream_train_base(stream, stream_entry_train(low));
+    }
+    return stream_entry_ticks(stream, slot);
+}
+
 // Length of a single period that the reader has passed, ticks; back: 1 the last one, up to 3. The
 // last `back` entries must be single periods.
 static inline uint16_t stream_passed_ticks(const struct stream *stream, uint8_t back)
@@ -404,16 +430,6 @@ static inline uint16_t stream_passed_ticks(const struct stream *stream, uint8_t 
 // Ticks from the start of a train (0 or 1) to its step `index` (0: none yet, up to its number of
 // steps). The train must be in use. Divides, as even_skip() does.
 uint32_t stream_train_ticks(const struct stream *stream, uint8_t train, uint16_t index);
-
-// Length of the shorter intervals of a train (0 or 1), ticks. The longer ones take one tick more.
-// The train must be in use, and the stream must have trains.
-static inline uint16_t stream_train_base(const struct stream *stream, uint8_t train)
-{
-    const struct pulse_train *carried = &stream->engine_trains[train];
-    uint16_t top_ticks = (uint16_t)((uint16_t)carried->top_high << 8);
-
-    return (uint16_t)(top_ticks + carried->short_low + 1u);
-}
 
 // The train (0 or 1) is over, or was cut: the writer may fill it again.
 static inline void stream_free_train(struct stream *stream, uint8_t train)

@@ -17,18 +17,12 @@
 #define WAITING_LEADS 4u
 #define NEVER_TICKS   1e300
 // A single axis is accounted for every so many rounds; any one where so many entries are made.
-#define ADVANCE_ROUNDS 4u
-#define URGENT_ENTRIES 64.0
-#define LOAD_TICKS     1000.0 // most that an interrupt waits, and takes
-// In the middle of a request, boards of several axes decode only where all that is decoded ends
-// within half the time of a round (round.c). Where the last period of that is longer than this part
-// of a round, that comes too late, and a request of 250 bytes lasts so many cycles without a look:
-// 27,000 and less on a Mega that reads out its records.
-#define LONG_LAST         0.125
-#define WHOLE_REQUEST     30000.0
-#define MOST_BUSY         0.98 // of the interrupts: some time is always left
-#define MOST_EDGES        0.9  // of the time that these leave, for taking edges
-#define EDGE_ENTRY_CYCLES 16.0 // of step_ring_sum()
+#define ADVANCE_ROUNDS    4u
+#define URGENT_ENTRIES    64.0
+#define LOAD_TICKS        1000.0 // most that an interrupt waits, and takes
+#define MOST_BUSY         0.98   // of the interrupts: some time is always left
+#define MOST_EDGES        0.9    // of the time that these leave, for taking edges
+#define EDGE_ENTRY_CYCLES 16.0   // of step_ring_sum()
 // More than of other edges: some 1,000 on a 1284P, 620 on a Mega.
 #define EDGE_IN_TRAIN_CYCLES 1000.0
 // Edges that the capture queue holds, of boards of several axes and of one.
@@ -214,26 +208,6 @@ static double request_ticks(struct loop *r)
     return r->cost->request / (1.0 - interrupts(r, &until));
 }
 
-// How long the longest request lasts that begins now, without a look at the axes.
-static double whole_request_ticks(struct loop *r)
-{
-    double now = r->now;
-    double work = r->work;
-    uint8_t plays[GUARANTEE_AXES];
-
-    for (uint32_t i = 0; i < r->axes; i++) {
-        plays[i] = r->axis[i].plays;
-    }
-    spend(r, WHOLE_REQUEST);
-    double ticks = r->now - now;
-    for (uint32_t i = 0; i < r->axes; i++) {
-        r->axis[i].plays = plays[i];
-    }
-    r->now = now;
-    r->work = work;
-    return ticks;
-}
-
 static double round_cost(const struct loop *r)
 {
     return r->board->lead_edges != 0 ? r->cost->round_locked : r->cost->round;
@@ -288,14 +262,9 @@ static void note_time(struct loop *r, const struct axis *a)
 {
     struct guarantee_verdict *v = r->verdict;
     double load = fmin(a->last_ticks, LOAD_TICKS);
-    double slack = a->end - a->last_ticks - load - r->now;
-    double request = request_ticks(r);
+    double slack = a->end - a->last_ticks - load - r->now - request_ticks(r);
     double spare = spare_ticks(r, a);
 
-    if (r->several && a->last_ticks > LONG_LAST * r->board->round_ticks) {
-        request = whole_request_ticks(r);
-    }
-    slack -= request;
     if (slack < v->slack_ticks) {
         v->slack_ticks = slack;
     }

@@ -35,8 +35,6 @@ MOST_EDGES_HZ = 5000  # with more than this nobody has tried what a board follow
 # less, some that were accepted failed. On a fast clock small costs add up that are not reckoned.
 _MARGINS = (1.0, 1.05, 1.1, 1.14)
 _SPARE_TICKS, _SPARE_TICKS_SEVERAL = 5000, 8000  # where one axis moves, and where several do
-# Curves of several axes often begin together, in the middle of a request with 2 ms left (round.c).
-_SPARE_TICKS_CURVES = 14_000
 _FAST_HZ, _FAST_MARGINS = 1000, (1.18, 1.25)  # hertz of the clock's edges; or a faster bus
 _TURNING_MARGINS = (1.4, 1.6)  # where counts of several axes that turn come while they move
 ADVICE = "beyond=True lets the board try"
@@ -112,9 +110,7 @@ class LatePlace:
 
 
 def _spare_ticks(lines: Sequence[Line]) -> int:
-    if len(lines) < 2:
-        return _SPARE_TICKS
-    return _SPARE_TICKS_CURVES if any(line.smooth for line in lines) else _SPARE_TICKS_SEVERAL
+    return _SPARE_TICKS if len(lines) < 2 else _SPARE_TICKS_SEVERAL
 
 
 def loop_of(world: LineConditions, margin: float = 1.0, lines: Sequence[Line] = ()) -> Loop:
