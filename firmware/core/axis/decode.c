@@ -402,12 +402,10 @@ static inline bool at_whole_pixel(const struct axis *axis)
 }
 
 // Forget the room that an earlier pixel of the line waited for, so that no later one waits for as
-// much. With one axis it is kept: that costs a little of the time decoded ahead, and no flash.
+// much.
 static inline void forget_room(struct axis *axis)
 {
-    if (SEVERAL_AXES) {
-        axis->line.room = 0;
-    }
+    axis->line.room = 0;
 }
 
 // Decode a pixel that is under way in parts. Returns as decode_pixels().

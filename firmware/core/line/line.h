@@ -69,8 +69,8 @@ struct line {
     int16_t position;
     // From the start of the next piece to the next pixel edge, ticks.
     uint32_t to_edge_ticks;
-    // Free entries of the ring that the next pixel of few even steps waits for, or an earlier one
-    // waited for. The decoder asks for no pixel before that many are free.
+    // Free entries of the ring that the next pixel of few even steps waits for; 0: it waits for
+    // none. The decoder asks for no pixel before that many are free.
     uint8_t room;
     // The pixel edges.
     struct line_grid edges;
