@@ -14,6 +14,7 @@ from pixstep import simulate, simulated_board
 from pixstep.board import boards, capability, guarantee
 from pixstep.errors import RefusedError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.simulation.job import LOCK, START, LineExperiment, run_job
 from pixstep.simulation.simulated_board import SimulatedBoard
 
 
@@ -213,11 +214,8 @@ def clocked(board, edge_hz, divider, sync=1):
     return guarantee.LineConditions(board, Fraction(edge_hz, divider), sync, divider)
 
 
-RESTS = Line((0, 300) * 210, PLAIN)
 LATE = {  # all but the last ended in a fault in the simulator, some on other axes than the first
-    "rests": ([RESTS], clocked("mega", 700, 1)),
-    "slow steps": ([Line((1, 240) * 210, PLAIN)], clocked("mega", 900, 1)),
-    "rests of two axes": ([Line((0, 90) * 210, PLAIN)] * 2, clocked("mega", 700, 1)),
+    "rests of two axes": ([Line((0, 90) * 700, PLAIN)] * 2, clocked("mega", 700, 1)),
     "edges in trains": ([Line((1133,) * 100, PLAIN)] * 2, clocked("m1284", 3000, 30, sync=2)),
     "edges in the clock's trains": ([Line((950,) * 60, PLAIN)] * 2, clocked("mega", 2000, 20)),
     "edges between two steps": ([Line((2363,) * 60, PLAIN)], clocked("mega", 1000, 10)),
@@ -232,9 +230,35 @@ def test_what_ended_in_a_fault_is_refused(name):
     assert guarantee.NAME in guarantee.refusal(lines, conditions)
 
 
-def test_a_rest_is_followed_where_the_board_has_time_for_a_whole_request():
-    for hz in (30, 100, 300):
-        assert guarantee.follows([RESTS], world("mega", hz))
+READ_OUT = {  # what is decoded lasts long enough only if its last period is not reckoned in
+    "rests": (Line((0, 300) * 210, PLAIN), clocked("mega", 700, 1)),
+    "slow steps": (Line((1, 240) * 210, PLAIN), clocked("mega", 900, 1)),
+    # An even pixel waited for room for all its steps: the curves behind it must not.
+    "curves": (guarantee.line_at("smooth", 112, Fraction(300)), clocked("uno", 300, 1, sync=2)),
+}
+
+
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("name", READ_OUT)
+@pytest.mark.parametrize("ppm", [-300, 300, 900])
+def test_decoding_goes_on_while_records_are_read_out(name, ppm, tmp_path):
+    line, conditions = READ_OUT[name]
+    job = LineExperiment(
+        conditions.board,
+        {0: line},
+        conditions.pixel_hz,
+        sync=LOCK if conditions.sync == 2 else START,
+        pixel_ppm=ppm,
+        serial_load=True,
+    )
+    result = run_job(job, tmp_path)
+    assert not result.refused and not result.trouble
+
+
+@pytest.mark.parametrize("name", ["rests", "curves"])
+def test_lines_that_run_while_records_are_read_out_are_accepted(name):
+    line, conditions = READ_OUT[name]
+    assert guarantee.follows([line], conditions)
 
 
 @pytest.mark.parametrize("swapped", [False, True])

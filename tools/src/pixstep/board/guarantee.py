@@ -34,9 +34,8 @@ MOST_EDGES_HZ = 5000  # with more than this nobody has tried what a board follow
 # Chosen by the campaign's sets, and by lines at the guaranteed rates beside a saturated bus: with
 # less, some that were accepted failed. On a fast clock small costs add up that are not reckoned.
 _MARGINS = (1.0, 1.05, 1.1, 1.14)
-_SPARE_TICKS, _SPARE_TICKS_SEVERAL = 5000, 8000  # where one axis moves, and where several do
 _FAST_HZ, _FAST_MARGINS = 1000, (1.18, 1.25)  # hertz of the clock's edges; or a faster bus
-_TURNING_MARGINS = (1.4, 1.6)  # where counts of several axes that turn come while they move
+_SPARE_TICKS = 5000
 ADVICE = "beyond=True lets the board try"
 MOTIONS = ("constant", "smooth", "ramp")
 DECLARED_PPM = 1000  # a clock may be so much faster
@@ -109,12 +108,8 @@ class LatePlace:
     most_steps: int  # that it has
 
 
-def _spare_ticks(lines: Sequence[Line]) -> int:
-    return _SPARE_TICKS if len(lines) < 2 else _SPARE_TICKS_SEVERAL
-
-
-def loop_of(world: LineConditions, margin: float = 1.0, lines: Sequence[Line] = ()) -> Loop:
-    """Return the board's main loop in this world, while these lines run together."""
+def loop_of(world: LineConditions, margin: float = 1.0) -> Loop:
+    """Return the board's main loop in this world."""
     kind = boards.load(world.board)
     nominal = float(period_ticks(world.pixel_hz, kind.tick_hz))
     locked = settings.locks({"sync": world.sync})
@@ -134,18 +129,17 @@ def loop_of(world: LineConditions, margin: float = 1.0, lines: Sequence[Line] = 
         min(_WINDOW_S * a_second, _FRAME_BYTES) / _WINDOW_S / kind.tick_hz,
         _BYTES / (_BYTES / a_second + _REST_S) / kind.tick_hz,
         _ROUND_S * kind.tick_hz,
-        _spare_ticks(lines),
+        _SPARE_TICKS,
         margin,
     )
 
 
-def _margins(world: LineConditions, *, turning: bool = False) -> tuple[float, ...]:
+def _margins(world: LineConditions) -> tuple[float, ...]:
     fast = world.pixel_hz * world.divider >= _FAST_HZ or world.baud > BAUD
     return (
         *_MARGINS,
         1.0 + costs.of(world.board).low,
-        *(_FAST_MARGINS if fast or turning else ()),
-        *(_TURNING_MARGINS if turning else ()),
+        *(_FAST_MARGINS if fast else ()),
     )
 
 
@@ -160,8 +154,8 @@ def verdicts(lines: Sequence[Line], world: LineConditions) -> Iterator[ReplayVer
     if streamed:
         found["request_byte"] += _DATA_SHARE * _DATA_BYTE_CYCLES
     replay = Replay(lines)
-    for margin in _margins(world, turning=turning and len(lines) > 1):
-        loop = loop_of(world, margin, lines)
+    for margin in _margins(world):
+        loop = loop_of(world, margin)
         yield replay.judge(found, replace(loop, most_calls=_CALLS_STREAMED if streamed else 0))
 
 
