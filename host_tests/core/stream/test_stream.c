@@ -429,6 +429,27 @@ static void length_of_the_newest_train(void)
     TEST_ASSERT_EQUAL_UINT32(100003, stream.newest_train_ticks);
 }
 
+// A command takes no time: the period before it is the newest one. The longest has a high byte next
+// to the codes.
+static void length_of_the_newest_period(void)
+{
+    struct even even;
+
+    stream_put_period(&stream, STEP_PERIOD_MAX_TICKS);
+    TEST_ASSERT_EQUAL_UINT16(STEP_PERIOD_MAX_TICKS, stream_newest_ticks(&stream));
+    stream_put_period(&stream, 700);
+    stream_put_command(&stream, STEP_COMMAND_QUIET);
+    stream_put_command(&stream, STEP_COMMAND_NEGATIVE);
+    TEST_ASSERT_EQUAL_UINT16(700, stream_newest_ticks(&stream));
+    even_start(&even, 100003, 300);
+    (void)stream_put_train(&stream, &even, 200);
+    TEST_ASSERT_EQUAL_UINT16(333, stream_newest_ticks(&stream));
+    even_start(&even, 50000, 100);
+    (void)stream_put_train(&stream, &even, 100);
+    stream_put_command(&stream, STEP_COMMAND_PULSE);
+    TEST_ASSERT_EQUAL_UINT16(500, stream_newest_ticks(&stream));
+}
+
 static void append_some(void)
 {
     uint8_t count = (uint8_t)chance_between(1, 30);
@@ -490,6 +511,7 @@ int main(void)
     RUN_TEST(the_plain_way_ends_where_the_reader_lags);
     RUN_TEST(a_delay_moves_no_waypoint);
     RUN_TEST(length_of_the_newest_train);
+    RUN_TEST(length_of_the_newest_period);
     RUN_TEST(random_streams);
     return UNITY_END();
 }
