@@ -232,6 +232,8 @@ static bool advance_moves(uint8_t i)
     const struct stream *stream = &axes_get(i)->feed.stream;
     uint8_t retired = stream->retired;
 
+    // The account changes what is read-only here.
+    // cppcheck-suppress knownConditionTrueFalse
     return advance_now(i) && (stream->retired != retired || stream_train_free(stream));
 }
 

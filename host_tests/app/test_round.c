@@ -241,7 +241,7 @@ static void a_brief_round_leaves_rings_that_last(void)
     TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
     bench_rounds(200);
     (void)served_briefly();
-    fake_pass(3u * BENCH_TICKS_PER_MS);
+    fake_pass(3u * BENCH_TICKS_PER_MS / 2u);
     TEST_ASSERT_EQUAL_UINT8(0, served_briefly());
     fake_pass(3u * BENCH_TICKS_PER_MS);
     TEST_ASSERT_EQUAL_UINT8(2, served_briefly());
