@@ -6,6 +6,7 @@ import re
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -203,6 +204,13 @@ def test_search_finds_the_limit_whatever_short_lines_say(limit):
     assert all(count <= limit for count in found.confirmed)
     assert len(found.confirmed) == 4 or limit < 40
     assert len(world.tried) == len(set(world.tried)) < 30
+
+
+def test_a_search_that_ends_at_its_first_count_confirms_that():
+    """Fewer than one unit cannot be moved to an awkward count."""
+    shift = partial(rates.awkward, 4, Fraction(800_000))
+    found = Search(World(7), 4, 1000, shift).go()
+    assert found.count == 4 and found.confirmed == [shift(4)]
 
 
 def test_search_reports_a_hole_and_goes_on_below_it():

@@ -85,7 +85,8 @@ class Search:
         """Test counts below the result; return the lowest that is not clean."""
         if low == 0:
             return None
-        counts = sorted({max(2, self._shift(int(part * low) * self._unit)) for part in CONFIRMED})
+        units = {max(1, int(part * low)) for part in CONFIRMED}
+        counts = sorted({max(2, self._shift(one * self._unit)) for one in units})
         for count in counts:
             trial = self._try(count, LONG_S)
             if trial.kind != CLEAN:
