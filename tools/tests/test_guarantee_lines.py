@@ -218,6 +218,7 @@ LATE = {  # all but the last ended in a fault in the simulator, some on other ax
     "rests of two axes": ([Line((0, 90) * 700, PLAIN)] * 2, clocked("mega", 700, 1)),
     "edges in trains": ([Line((1133,) * 100, PLAIN)] * 2, clocked("m1284", 3000, 30, sync=2)),
     "edges in the clock's trains": ([Line((950,) * 60, PLAIN)] * 2, clocked("mega", 2000, 20)),
+    "trains behind slower steps": ([Line((1753, 175) * 28, PLAIN)], clocked("mega", 124, 1)),
     "edges between two steps": ([Line((2363,) * 60, PLAIN)], clocked("mega", 1000, 10)),
     "two pixels": ([Line((1, 1543), PLAIN)], clocked("uno", 5000, 32)),
     "more edges than were tried": ([Line((5,) * 50, PLAIN)], clocked("m1284", 6000, 50)),
@@ -231,7 +232,7 @@ def test_what_ended_in_a_fault_is_refused(name):
 
 
 READ_OUT = {  # what is decoded lasts long enough only if its last period is not reckoned in
-    "rests": (Line((0, 300) * 210, PLAIN), clocked("mega", 700, 1)),
+    "rests": (Line((0, 270) * 210, PLAIN), clocked("mega", 700, 1)),
     "slow steps": (Line((1, 240) * 210, PLAIN), clocked("mega", 900, 1)),
     # An even pixel waited for room for all its steps: the curves behind it must not.
     "curves": (guarantee.line_at("smooth", 112, Fraction(300)), clocked("uno", 300, 1, sync=2)),

@@ -39,11 +39,11 @@ def test_the_highest_speeds_are_accepted_and_the_next_ones_are_not(board, hz):
 
 def test_reversals_as_the_firmware_counts_them():
     mega, uno = (capability.of(name, Fraction(10013, 100)) for name in ("mega", "uno"))
-    assert (mega.reversal_ticks, uno.reversal_ticks) == (4240, 1664)
-    assert mega.direct_reversal_speed == 37 and mega.rest_px == 1
+    assert (mega.reversal_ticks, uno.reversal_ticks) == (6240, 2240)
+    assert mega.direct_reversal_speed == 25 and mega.rest_px == 1
     fast = capability.of("mega", Fraction(15000))
-    assert fast.direct_reversal_speed == 0 and fast.rest_px == 4
-    assert capability.of("mega", Fraction(30), 100).reversal_ticks == 2 * (1600 + 1800)
+    assert fast.direct_reversal_speed == 0 and fast.rest_px == 6
+    assert capability.of("mega", Fraction(30), 100).reversal_ticks == 2 * (1600 + 2800)
 
 
 def test_least_figures_follow_from_even_speeds(pixstep):

@@ -53,6 +53,31 @@ def columns(out):
 
 
 @pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("ppm", [-317, 500, 900])
+@pytest.mark.parametrize("divider", [1, 5])
+@pytest.mark.parametrize(
+    ("board", "baud"),
+    [("uno", 1_000_000), ("mega", 500_000), ("mega", 115_200), ("m1284", 500_000)],
+)
+def test_all_axes_turn_at_once_as_fast_as_they_may(tmp_path, board, baud, divider, ppm):
+    """DIR changes in the middle of an interval, when edges and bytes have let the interrupt."""
+    kind, hz = boards.load(board), Fraction(113)
+    most = int(kind.tick_hz / hz / kind.reversal_ticks(20)) - 1
+    line = Line((most, -most) * 50, PLAIN)
+    job = LineExperiment(
+        board,
+        dict.fromkeys(range(kind.axes), line),
+        hz * divider,
+        divider=divider,
+        pixel_ppm=ppm,
+        serial_load=True,
+        baud=baud,
+    )
+    reasons = simulate(job, tmp_path).summary["reasons"]
+    assert [text for text in reasons if "no record of" not in text] == []
+
+
+@pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("transition_px", [TRANSITION_PX, None])
 @pytest.mark.parametrize("board", BOARDS)
 def test_compensated_run(tmp_path, board, transition_px):
@@ -121,8 +146,8 @@ def direction_gaps(edges, tick_hz):
 
 
 def fast_turns():
-    """The counts of a line that turns with 278 us between the steps around DIR."""
-    ideal = [way * 36 for way in (1, -1, 1, -1, 1) for _ in range(6)]
+    """The counts of a line that turns with 500 us between the steps around DIR."""
+    ideal = [way * 20 for way in (1, -1, 1, -1, 1) for _ in range(6)]
     return compensate(ideal, TakeUpRequest(PLAY, MotionLimits(10, 36))).counts
 
 

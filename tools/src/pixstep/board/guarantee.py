@@ -30,6 +30,7 @@ NAME = "beyond_guarantee"  # of what is found
 INTERVALS = 1.1  # of the shortest interval of several axes: at 1.05 some runs end in underruns
 LONE = 1.05  # of that of a single axis: beside some thousand edges a second one run of many failed
 INSIDE = 1.15  # where edges of the clock come inside of a pixel, in the middle of a pulse train
+BURST = 1.3  # and where the train begins behind slower steps: the interrupt has more to do there
 MOST_EDGES_HZ = 5000  # with more than this nobody has tried what a board follows
 # Chosen by the campaign's sets, and by lines at the guaranteed rates beside a saturated bus: with
 # less, some that were accepted failed. On a fast clock small costs add up that are not reckoned.
@@ -181,8 +182,10 @@ def _too_close(lines: Sequence[Line], world: LineConditions) -> ReplayVerdict | 
     """
     loop, kind = loop_of(world), boards.load(world.board)
     inside = world.divider > 1 or not settings.locks({"sync": world.sync})
-    share = INSIDE if inside else INTERVALS if len(lines) > 1 else LONE
     for axis, line in enumerate(lines):
+        share = INTERVALS if len(lines) > 1 else LONE
+        if inside:
+            share = INSIDE if _is_even(line) else BURST
         least = (kind.smooth_min_intervals_ticks if line.smooth else kind.min_intervals_ticks)[
             len(lines) - 1
         ]
@@ -400,6 +403,11 @@ def bound_by(found: int, motion: str, axes: int, world: LineConditions, most: in
 
 def _cut(line: Line, pixels: int) -> Line:
     return replace(line, counts=line.counts[:pixels])
+
+
+def _is_even(line: Line) -> bool:
+    """Whether no train begins behind slower steps: curves are none, and all else is one speed."""
+    return line.smooth or len({abs(count) for count in line.counts}) <= 1
 
 
 def _fastest(line: Line) -> int:
