@@ -146,9 +146,9 @@ def direction_gaps(edges, tick_hz):
 
 
 def fast_turns():
-    """The counts of a line that turns with 500 us between the steps around DIR."""
-    ideal = [way * 20 for way in (1, -1, 1, -1, 1) for _ in range(6)]
-    return compensate(ideal, TakeUpRequest(PLAY, MotionLimits(10, 36))).counts
+    """The counts of a line that turns with 417 us between the steps around DIR."""
+    ideal = [way * 24 for way in (1, -1, 1, -1, 1) for _ in range(6)]
+    return compensate(ideal, TakeUpRequest(PLAY, MotionLimits(10, 24))).counts
 
 
 @pytest.mark.usefixtures("simulator")
