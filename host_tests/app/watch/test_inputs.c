@@ -210,8 +210,8 @@ static void reversal_towards_a_limit_is_stopped(void)
     bench_rounds(FILTER_ROUNDS);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, LINE_MARK_START | LINE_START_WAIT, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, 0, 0));
-    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, -3, 20));
-    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, 3, 20));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, -2, 30));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, 2, 30));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, LINE_MARK_END, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(2, COMMAND_ARM));
     TEST_ASSERT_TRUE(bench_until(1, AXIS_FAULT));
