@@ -79,7 +79,7 @@ class Driven(Bench):
         """A switch, the clock, four step interrupts and the serial line, all at any time."""
         self.own_clock()
         for axis in self.axes[1:]:
-            self.load(Line((37, -37) * 12, PLAIN), axis)
+            self.load(Line((25, -25) * 12, PLAIN), axis)
         entries = [(SEEK, 0), (0, 0), (10, 1), (60, 30), DOWN, (10, 1), END]
         LineUpload(self.board, 0, entries).push()
         self.arm()
@@ -91,7 +91,7 @@ class Driven(Bench):
         self.own_clock()
         (pin,) = [one for one in boards.load(self.name).pins if one.signal == "ESTOP"]
         for axis in self.axes:
-            self.load(Line((37, -37) * 12, PLAIN), axis)
+            self.load(Line((25, -25) * 12, PLAIN), axis)
         self.arm()
         self.run_until_steps(self.count() + 100)
         for level, wait in ((0, 30_000), (1, 60_000)):
