@@ -43,7 +43,7 @@ class Bounds:
     min_interval_ticks: int = 533  # 30 kHz, the rate of the worked example
     min_pixels: int = 6
     max_pixels: int = 24
-    reversal_ticks: int = 4300  # plain lines reverse only between steps at least this far apart
+    reversal_ticks: int = 6300  # plain lines reverse only between steps at least this far apart
     tick_hz: int = field(default_factory=lambda: boards.load(boards.DEFAULT).tick_hz)
 
 
