@@ -487,7 +487,7 @@ static void plain_few(void)
 
 static void plain_pixels_of_few_steps(void)
 {
-    lines(plain_few, 0x51A1uL, 0x222DE1DAuL, 0x36629A96uL, 0xBD429799uL);
+    lines(plain_few, 0x51A1uL, 0x222DE1DAuL, 0x96A762D3uL, 0xBD429799uL);
 }
 
 static void plain_many(void)
@@ -499,7 +499,7 @@ static void plain_many(void)
 
 static void plain_pixels_of_many_steps(void)
 {
-    lines(plain_many, 0x51A2uL, 0xECB435A3uL, 0x1662DE23uL, 0x3A9EDE1DuL);
+    lines(plain_many, 0x51A2uL, 0xECB435A3uL, 0xB87D6B01uL, 0x3A9EDE1DuL);
 }
 
 // Intervals and counts around those at which a pixel goes another way.
@@ -585,7 +585,7 @@ static void plain_turns(void)
 
 static void plain_pixels_that_turn(void)
 {
-    lines(plain_turns, 0x51A3uL, 0x8B2B8FCEuL, 0xF30B1654uL, 0x8F6340D9uL);
+    lines(plain_turns, 0x51A3uL, 0x8B2B8FCEuL, 0xD81A8F9CuL, 0x8F6340D9uL);
 }
 
 static void smooth_few(void)
@@ -597,7 +597,7 @@ static void smooth_few(void)
 
 static void smooth_pixels_of_few_steps(void)
 {
-    lines(smooth_few, 0x51A4uL, 0xD435B65DuL, 0x6226351FuL, 0xD2F05AFDuL);
+    lines(smooth_few, 0x51A4uL, 0xD435B65DuL, 0x77C2AD2AuL, 0xD2F05AFDuL);
 }
 
 static void smooth_many(void)
@@ -609,7 +609,7 @@ static void smooth_many(void)
 
 static void smooth_pixels_of_many_steps(void)
 {
-    lines(smooth_many, 0x51A5uL, 0x595694FDuL, 0x4C8DF63DuL, 0xAB0E7EC0uL);
+    lines(smooth_many, 0x51A5uL, 0x595694FDuL, 0x325C1455uL, 0xAB0E7EC0uL);
 }
 
 // Speeds that come back, so that one pixel's acceleration is that of the one before it, or of one
@@ -637,7 +637,7 @@ static void like_before(void)
 
 static void accelerations_that_come_back(void)
 {
-    lines(like_before, 0x51ACuL, 0xF637D1BAuL, 0x98A3E1D2uL, 0x7ECCB97AuL);
+    lines(like_before, 0x51ACuL, 0xF637D1BAuL, 0x55E17F1EuL, 0x7ECCB97AuL);
 }
 
 static void play_quickly(void)
@@ -650,7 +650,7 @@ static void play_quickly(void)
 
 static void lines_with_play_at_short_intervals(void)
 {
-    lines(play_quickly, 0x51ADuL, 0xEF3F0FAFuL, 0x64D8427EuL, 0xF6373E66uL);
+    lines(play_quickly, 0x51ADuL, 0xEF3F0FAFuL, 0x34ECF29AuL, 0xF6373E66uL);
 }
 
 static void with_play(void)
@@ -665,7 +665,7 @@ static void with_play(void)
 
 static void lines_with_play(void)
 {
-    lines(with_play, 0x51A6uL, 0x3E38172CuL, 0x17C118ADuL, 0x3D54C3CEuL);
+    lines(with_play, 0x51A6uL, 0x3E38172CuL, 0xB915889AuL, 0x3D54C3CEuL);
 }
 
 static void one_seek(void)
@@ -693,7 +693,7 @@ static void chained(void)
 
 static void chained_lines(void)
 {
-    lines(chained, 0x51A8uL, 0xC695FBCCuL, 0x33ED6D27uL, 0x77856D59uL);
+    lines(chained, 0x51A8uL, 0xC695FBCCuL, 0x2ED4B26CuL, 0x77856D59uL);
 }
 
 static void open_clock(uint16_t divider)
@@ -731,7 +731,7 @@ static void one_locked(void)
 
 static void locked_lines(void)
 {
-    lines(one_locked, 0x51A9uL, 0x8FC70665uL, 0xD50E916EuL, 0xBC1507B2uL);
+    lines(one_locked, 0x51A9uL, 0x8FC70665uL, 0xCE1A2387uL, 0xBC1507B2uL);
 }
 
 static void locked_with_play(void)
