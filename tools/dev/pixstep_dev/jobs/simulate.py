@@ -260,7 +260,7 @@ def _once_finished(
     """Do something once so many blocks of a simulation are finished."""
 
     def wait() -> None:
-        while len([*(out / "blocks").glob("*.parquet")]) < blocks:
+        while len([*(out / "blocks").glob("[!.]*.parquet")]) < blocks:  # not those being written
             time.sleep(_POLL_S)
         act(what)
 
