@@ -2,7 +2,9 @@
 """Campaigns of jobs that are simulated: a share of each, and that faults at seams are found."""
 
 import contextlib
+import multiprocessing
 from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
@@ -34,6 +36,20 @@ def here(monkeypatch, simulator):
     """Let blocks be simulated in this process."""
     del simulator
     monkeypatch.setattr(crews, "processes", lambda count: contextlib.nullcontext(Here()))
+
+
+def test_a_process_that_dies_between_two_blocks_is_told_by_the_next_one():
+    with crews.processes(1) as crew:
+        broken = crew.submit(b"no block", "")
+        assert isinstance(broken.exception(), Exception)
+        for process in multiprocessing.active_children():
+            process.kill()
+        told = broken
+        while not isinstance(told.exception(), BrokenProcessPool):
+            told = crew.submit(b"no block", "")
+        assert isinstance(crew.submit(b"no block", "").exception(), BrokenProcessPool)
+        crew.renew()
+        assert not isinstance(crew.submit(b"no block", "").exception(), BrokenProcessPool)
 
 
 @only_long

@@ -18,6 +18,7 @@ import time
 import warnings
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -75,8 +76,13 @@ class _Processes:
         return ProcessPoolExecutor(self._count, mp_context=context, initializer=_begin_process)
 
     def submit(self, data: bytes, edges: str) -> Future[Answer]:
-        with _own_main():  # processes begin as blocks come
-            return self._pool.submit(work.simulate, data, edges)
+        try:
+            with _own_main():  # processes begin as blocks come
+                return self._pool.submit(work.simulate, data, edges)
+        except BrokenProcessPool as error:  # one has died since the last answer
+            lost: Future[Answer] = Future()
+            lost.set_exception(error)
+            return lost
 
     def renew(self) -> None:
         self._pool.shutdown(wait=False, cancel_futures=True)
