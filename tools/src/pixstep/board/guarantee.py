@@ -36,7 +36,7 @@ MOST_EDGES_HZ = 5000  # with more than this nobody has tried what a board follow
 # less, some that were accepted failed. On a fast clock small costs add up that are not reckoned.
 _MARGINS = (1.0, 1.05, 1.1, 1.14)
 _FAST_HZ, _FAST_MARGINS = 1000, (1.18, 1.25)  # hertz of the clock's edges; or a faster bus
-_SPARE_TICKS = 2500
+_SPARE_TICKS = 2500  # by which each part must be early, beside all that is reckoned
 ADVICE = "beyond=True lets the board try"
 MOTIONS = ("constant", "smooth", "ramp")
 DECLARED_PPM = 1000  # a clock may be so much faster
