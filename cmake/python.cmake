@@ -16,6 +16,9 @@ set(PIXSTEP_REAL_TIME
     ioc_saved job_port late_replies motion_port motor_drive_port plc server serving tutorial
     virtual_bench
 )
+# A stream of some minutes in real time runs dry where other tests take its processor: with all its
+# cases it runs alone.
+set(PIXSTEP_ALONE_WHEN_LONG serving)
 set(PIXSTEP_SHORT_TOGETHER 12)
 # The longest of the long check, minutes each: they begin first.
 set(PIXSTEP_LONGEST lock_sim programs trajectory_runs)
@@ -45,8 +48,7 @@ function(python_test name label)
         set_tests_properties(${name} PROPERTIES COST 60)
     elseif(file IN_LIST PIXSTEP_REAL_TIME)
         set_tests_properties(${name} PROPERTIES RESOURCE_LOCK real_time COST 40)
-        # A stream of some minutes in real time runs dry where other tests take its processor.
-        if(name STREQUAL "py.serving.long")
+        if(label STREQUAL "long" AND file IN_LIST PIXSTEP_ALONE_WHEN_LONG)
             set_tests_properties(${name} PROPERTIES RUN_SERIAL TRUE)
         endif()
     elseif(file MATCHES "^short[.]")

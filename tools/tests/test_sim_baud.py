@@ -45,9 +45,3 @@ def test_a_line_too_slow_for_the_counts_is_named(lines, invoke):
 def test_a_rate_that_the_setting_cannot_hold(lines, invoke):
     done = invoke(*words(lines[:1], "--pixel-hz", "100", "--baud", "115250"), status=2)
     assert "--baud: 115250: a multiple of 100 is wanted" in done.output
-
-
-@pytest.mark.usefixtures("simulator")
-def test_a_rate_that_the_board_cannot_make(lines, invoke):
-    done = invoke(*words(lines[:1], "--pixel-hz", "100", "--baud", "740000"), status=2)
-    assert "the mega cannot make 740000 baud within 2.5 %" in done.output

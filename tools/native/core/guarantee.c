@@ -5,8 +5,6 @@
 
 #include "guarantee_loop.h"
 
-#define NEVER_TICKS 1e300
-
 void guarantee_demand(const struct guarantee_costs *costs,
                       const struct guarantee_board *board,
                       const struct guarantee_axis *line,

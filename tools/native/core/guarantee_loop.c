@@ -9,8 +9,7 @@
 #include "guarantee_write.h"
 
 // Budget of a call of the firmware's decoder, in units of a step of a flat curve (round.c).
-#define CALL_UNITS  120.0
-#define NEVER_TICKS 1e300
+#define CALL_UNITS 120.0
 // A single axis is accounted for every so many rounds; any one where so many entries are made.
 #define ADVANCE_ROUNDS 4u
 #define URGENT_ENTRIES 64.0

@@ -6,7 +6,8 @@
 #include "guarantee.h"
 #include "guarantee_pixel.h"
 
-#define PARTS 256u // a ring has no more
+#define PARTS       256u // a ring has no more
+#define NEVER_TICKS 1e300
 
 // An axis: its line, and what of the line is written and not accounted for.
 struct axis {
@@ -43,3 +44,16 @@ void loop_begin(struct loop *loop, const struct guarantee_axis *line, uint32_t l
 
 // Play until everything is written, or something is late.
 void loop_play(struct loop *loop);
+
+// Keep that an axis is late by so much, if nothing was before.
+static inline void loop_lose(struct loop *r, const struct axis *a, double late_ticks)
+{
+    struct guarantee_verdict *v = r->verdict;
+
+    if (v->follows) {
+        v->follows = false;
+        v->axis = (uint32_t)(a - r->axis);
+        v->pixel = a->walk.pixel;
+        v->late_ticks = late_ticks;
+    }
+}

@@ -65,18 +65,6 @@ void loop_spend(struct loop *r, double cycles)
     }
 }
 
-void loop_lose(struct loop *r, const struct axis *a, double late_ticks)
-{
-    struct guarantee_verdict *v = r->verdict;
-
-    if (v->follows) {
-        v->follows = false;
-        v->axis = (uint32_t)(a - r->axis);
-        v->pixel = a->walk.pixel;
-        v->late_ticks = late_ticks;
-    }
-}
-
 double loop_request_ticks(struct loop *r)
 {
     double until;

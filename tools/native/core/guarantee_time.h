@@ -19,9 +19,6 @@ double loop_interrupts(struct loop *r, double *until);
 // Let the main loop work for so many cycles.
 void loop_spend(struct loop *r, double cycles);
 
-// The axis is late by so much: the first to be so is kept.
-void loop_lose(struct loop *r, const struct axis *a, double late_ticks);
-
 // How long the longest request holds the main loop now, ticks.
 double loop_request_ticks(struct loop *r);
 

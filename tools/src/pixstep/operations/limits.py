@@ -140,6 +140,7 @@ class ShowLimits(OfClock):
         """Reckon what the board can do."""
         if self.axes and self.axes > boards.load(self.board).axes:
             raise AskedError(f"{{axes}} {self.axes}: {boards.axes_text(self.board)}")
+        shared.refuse_baud(self.board, self.baud)
         clock = settings.of_clock(self.sync, self.edges)
         hz = self.line_hz
         able = capability.of(self.board, hz, self.driver_us, self.axes, clock)

@@ -101,6 +101,7 @@ class Sim(OfClock, FlawFields):
         axes = reading_lines.line_axes(self.axis, len(lines))
         if max(axes) >= boards.load(self.board).axes:
             raise UserError(f"axis {max(axes)}: the {boards.axes_text(self.board)}")
+        shared.refuse_baud(self.board, self.baud)
         if self.check:
             self._check(desk, lines, line_hz)
         job = self._job(desk, dict(zip(axes, lines, strict=True)))

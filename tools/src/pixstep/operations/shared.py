@@ -5,12 +5,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from pixstep.board import boards
+from pixstep.board import bauds, boards
 from pixstep.board import registers as regs
 from pixstep.board.port import BAUD, TIMEOUT_S, TIMEOUTS_S
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.operations import machine_defaults as machine
+from pixstep.operations.asked import AskedError
 from pixstep.operations.kinds import (
     ACCELERATION_FIGURE,
     FILE,
@@ -122,7 +123,13 @@ class _BoardBaud(Whole):
 
 def board_baud(about: str) -> Any:
     """Return the field of a board's own rate on the bus."""
-    return option(_BoardBaud(9600, 1_000_000), about, default=BAUD)
+    return option(_BoardBaud(*bauds.setting_range()), about, default=BAUD)
+
+
+def refuse_baud(board: str, baud: int) -> None:
+    """Raise AskedError for a rate of field `baud` that a board cannot make."""
+    if refused := bauds.refusal(board, baud):
+        raise AskedError("{baud}: {refused}", refused=refused)
 
 
 def seed() -> Any:

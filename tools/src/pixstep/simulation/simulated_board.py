@@ -23,8 +23,8 @@ from pathlib import Path
 from typing import Any, Self
 
 from pixstep import natives
+from pixstep.board import bauds, run, snapshot
 from pixstep.board import registers as regs
-from pixstep.board import run, snapshot
 from pixstep.board.device import Device
 from pixstep.board.errors import BoardError, FaultError, MotionTimeoutError, NotPossibleError
 from pixstep.board.handle import Course, Handle
@@ -246,7 +246,7 @@ class SimulatedBoard(BoardUnderTest):
         except BoardError as error:
             if error.code is None:
                 raise
-            raise UserError(f"the {self.name} cannot make {baud} baud within 2.5 %") from None
+            raise UserError(bauds.refusal(self.name, baud) or str(error)) from None
         self.simulator.command(f"baud {baud} E")
 
     def settle(self) -> None:

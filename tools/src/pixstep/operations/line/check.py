@@ -99,7 +99,7 @@ class LineCheck(OfClock):
 
     def run(self, desk: Desk) -> Result:
         """Read the lines and check them."""
-        self._refuse_axes(desk)
+        self._refuse_what_no_board_has(desk)
         lines = self._read(desk)
         found = [
             line_check.check(*one) for one in zip(lines, self._bounds(lines, desk), strict=True)
@@ -124,8 +124,8 @@ class LineCheck(OfClock):
         """How many axes move at once."""
         return self.axes or len(self.csv)
 
-    def _refuse_axes(self, desk: Desk) -> None:
-        """Refuse fewer axes than files, and more than the board has, where one is judged by."""
+    def _refuse_what_no_board_has(self, desk: Desk) -> None:
+        """Refuse fewer axes than files, and axes and a rate that the board judged by has not."""
         if self.together < len(self.csv):
             raise AskedError(
                 f"{{axes}} {self.axes}: {len(self.csv)} files are lines of as many axes",
@@ -135,6 +135,8 @@ class LineCheck(OfClock):
         if is_judged and self.together > boards.load(self.board).axes:
             asked = f"{{axes}} {self.axes}" if self.axes else f"{len(self.csv)} files, {{board}}"
             raise AskedError(f"{asked}: {boards.axes_text(self.board)}")
+        if _board_is_named(desk):
+            shared.refuse_baud(self.board, self.baud)
 
     def _read(self, desk: Desk) -> list[Line]:
         return reading_lines.read_lines(
