@@ -220,9 +220,20 @@ LATE = {  # all but the last ended in a fault in the simulator, some on other ax
     "edges in the clock's trains": ([Line((950,) * 60, PLAIN)] * 2, clocked("mega", 2000, 20)),
     "trains behind slower steps": ([Line((1753, 175) * 28, PLAIN)], clocked("mega", 124, 1)),
     "edges between two steps": ([Line((2363,) * 60, PLAIN)], clocked("mega", 1000, 10)),
+    "turns by one step": (
+        [Line((10, 10, 1, -1, -10, -10, -1, 1) * 30, PLAIN)] * 4, clocked("mega", 900, 1),
+    ),
+    "turns over rests": (
+        [Line((12, 12, 12, 0, -12, -12, -12, 0) * 30, PLAIN)] * 4,
+        clocked("mega", 765, 1, sync=2),
+    ),
+    "turns inside of bursts": (
+        [Line((20, 20, 20, 0, -20, -20, 0, 20) * 30, PLAIN)] * 4,
+        clocked("mega", 650, 1, sync=2),
+    ),
     "two pixels": ([Line((1, 1543), PLAIN)], clocked("uno", 5000, 32)),
     "more edges than were tried": ([Line((5,) * 50, PLAIN)], clocked("m1284", 6000, 50)),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", LATE)

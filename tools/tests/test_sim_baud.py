@@ -45,3 +45,11 @@ def test_a_line_too_slow_for_the_counts_is_named(lines, invoke):
 def test_a_rate_that_the_setting_cannot_hold(lines, invoke):
     done = invoke(*words(lines[:1], "--pixel-hz", "100", "--baud", "115250"), status=2)
     assert "--baud: 115250: a multiple of 100 is wanted" in done.output
+
+
+@pytest.mark.usefixtures("simulator")
+def test_a_slow_serial_line_reads_fewer_records_and_none_too_late(lines, tmp_path, invoke):
+    invoke(*words(lines, "--pixel-hz", "80", "--baud", "9600"))
+    summary = json.loads((tmp_path / "run/summary.json").read_text())
+    assert summary["verdict"] == "pass"
+    assert summary["record_every"] > 1

@@ -55,11 +55,12 @@ double law_forward(const struct law *law, const double *highest, double followin
                    double *begin, double *end);
 struct guarantee_costs {
     double call;
-    double even_px, even_step, even_changed;
+    double even_px, even_step, even_changed, even_begun;
     double train_px, train_step;
     double single_px, single_step;
     double curved_px, curved_start, curved_step;
     double piece_px, piece_step, curve_px;
+    double piece_more;
     double shifted_px;
     double turned_px;
     double flat_step, wide_step, steep_step, slow_step;

@@ -22,14 +22,17 @@
 // Cycles of the processor, interrupts excluded, unless said otherwise. The names are those of the
 // table of costs.
 struct guarantee_costs {
-    double call;                             // of the decoder
-    double even_px, even_step, even_changed; // pixels of few even steps
-    double train_px, train_step;             // pixels that are a pulse train
-    double single_px, single_step;           // those that no pulse train can make
+    double call; // of the decoder
+    // Pixels of few even steps, more of one with another count than the one before it, and of one
+    // behind a pixel of another kind.
+    double even_px, even_step, even_changed, even_begun;
+    double train_px, train_step;   // pixels that are a pulse train
+    double single_px, single_step; // those that no pulse train can make
     // Short pixels under acceleration, more of one that does not go on as the one before it.
     double curved_px, curved_start, curved_step;
     double piece_px, piece_step, curve_px; // all others, even and curved
-    double shifted_px;                     // more of one before backlash is taken up
+    double piece_more;                     // more of an even one with several steps
+    double shifted_px;                     // and of one before backlash is taken up
     double turned_px;                      // and of one in the other direction
     // Steps of a curve, by how they are found; ticks by which an interval moves, of narrow curves
     // and of wide ones, or is guessed wrong; a batch of few steps.

@@ -19,7 +19,7 @@ void walk_begin(struct walk *walk, const struct guarantee_axis *line)
         .line = line,
         .shifted = line->backlash_steps != 0 && line->line_speed != 0,
         .count = INT32_MIN,
-        .rested = true,
+        .quiet = true,
     };
 }
 
@@ -46,7 +46,7 @@ static enum kind kind_of_even(const struct walk *w, double ticks, double steps)
     bool even = steps <= EVEN_STEPS && ticks / steps >= EVEN_LEAST_TICKS &&
                 ticks <= EVEN_MOST_TICKS && ticks / steps <= PERIOD_TICKS;
 
-    if (w->turned || w->shifted || w->rested) {
+    if (w->turned || w->shifted || w->quiet) {
         return PIECE;
     }
     if (even) {
@@ -69,16 +69,23 @@ static enum kind kind_of_curve(const struct walk *w,
     bool fits = (ticks <= 0xFC00 || slowest > ticks / 32768.0) &&
                 ticks / EVEN_LEAST_TICKS >= fastest;
 
-    return board->short_curves && !w->shifted && !w->rested && steps <= CURVED_STEPS &&
-                   fits
+    return board->short_curves && !w->turned && !w->shifted && !w->quiet &&
+                   steps <= CURVED_STEPS && fits
                ? CURVED
                : CURVE;
+}
+
+// Behind a change of direction, or the last part of a long interval, no pulse is due before the
+// step that follows: another step of the same piece brings one.
+static bool ends_quiet(const struct walk *w, double ticks, double steps)
+{
+    return steps <= 0.0 || ticks / steps > PERIOD_TICKS || (w->turned && steps < 2.0);
 }
 
 static void set_piece(struct walk *w, enum kind kind, double ticks, double steps)
 {
     w->kind = kind;
-    w->rested = steps <= 0.0;
+    w->quiet = ends_quiet(w, ticks, steps);
     w->from = w->from + w->ticks;
     w->ticks = ticks;
     w->steps = steps;
@@ -86,6 +93,7 @@ static void set_piece(struct walk *w, enum kind kind, double ticks, double steps
     w->half = 0.0;
     w->begun = true;
     w->changed = false;
+    w->begins = false;
     w->goes_on = false;
 }
 
@@ -114,10 +122,12 @@ static void take_curve(struct walk *w, const struct guarantee_board *board, doub
 
 static void take_even(struct walk *w, double ticks, int32_t count, double steps)
 {
-    bool changed = count != w->count || w->kind != EVEN;
+    bool changed = count != w->count;
+    bool begins = w->kind != EVEN;
 
     set_piece(w, kind_of_even(w, ticks, steps), ticks, steps);
-    w->changed = changed;
+    w->changed = changed && !begins;
+    w->begins = begins;
     w->speed = steps;
 }
 
@@ -200,8 +210,9 @@ static void cost_even(const struct walk *w,
                       struct job *job)
 {
     job->part.entries = w->steps;
-    job->cycles =
-        c->even_px + c->even_step * w->steps + (w->changed ? c->even_changed : 0.0);
+    job->cycles = c->even_px + c->even_step * w->steps +
+                  (w->changed ? c->even_changed : 0.0) +
+                  (w->begins ? c->even_begun : 0.0);
     job->units = 10.0 + w->steps / 4.0;
     job->part.account = c->account_px + entry_cost(w, c) * w->steps;
 }
@@ -320,6 +331,7 @@ static void cost_piece(const struct walk *w,
     job->part.train = train;
     job->cycles = c->piece_px + (w->shifted ? c->shifted_px : 0.0) +
                   (w->turned ? c->turned_px : 0.0) + c->pump * waits;
+    job->cycles += w->steps > 1.5 ? c->piece_more : 0.0;
     job->cycles += (train ? c->train_step : c->piece_step) * w->steps;
     job->units = 42.0 + 6.0 * waits;
     job->part.account = c->account_piece_px + entry_cost(w, c) * job->part.entries;

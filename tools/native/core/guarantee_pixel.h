@@ -49,7 +49,7 @@ struct walk {
     uint32_t entry, repeat; // runs that are used up, pixels of the present one that are
     uint32_t pixel;         // pixels that are taken
     bool over, shifted, turned;
-    bool rested;   // no step right before: what follows takes the common way
+    bool quiet;    // the last period makes no pulse: what follows takes the common way
     double speed;  // at the place, steps a pixel
     double going;  // half the acceleration of a curved pixel right before, else 0
     int32_t count; // of the pixel before
@@ -58,7 +58,7 @@ struct walk {
     enum kind kind;
     bool begun;
     double from, ticks, steps, done, half, start_speed;
-    bool changed, goes_on;
+    bool changed, begins, goes_on;
 };
 
 void walk_begin(struct walk *walk, const struct guarantee_axis *line);

@@ -157,8 +157,19 @@ def of_board(board: str) -> list[CostProbe]:
             ("rests", [2, 0, -2, 0]),
         )
     ]
-    rests = Line(tuple([20, 20, 20, 0] * 4), PLAIN, name="rests")
-    found += [CostProbe(f"rests {hz}", hz, rests) for hz in (30, 200)]
+    found += [
+        CostProbe(f"{name} {hz} {axes}", hz, Line(counts * (own // 6), PLAIN), axes)
+        for axes in sorted({1, all_axes})
+        for name, hz, counts in (
+            ("turns bursts", 500, (10, 10, 1, -1, -10, -10, -1, 1)),
+            ("turns over rests", 500, (12, 12, 12, 0, -12, -12, -12, 0)),
+            ("turns in bursts", 400, (20, 20, 20, 0, -20, -20, 0, 20)),
+            ("rests", 30, (20, 20, 20, 0)),
+            ("rests", 200, (20, 20, 20, 0)),
+            ("rests", 500, (20, 20, 20, 0)),
+            ("rests", 500, (12, 0)),
+        )
+    ]
     found += [
         CostProbe(f"busy {n} {hz}", hz, _turns(n - n // 12 * 2, n, own // 2, hz), all_axes)
         for n, hz in ((600, 30), (160, 100))

@@ -16,7 +16,7 @@ from pixstep.simulation.job import LOCK, START, LineExperiment
 from pixstep.simulation.pixel_clock import ClockFlaws
 from pixstep_trials import lines
 
-_OWN = ("own counts", "wild counts", "turns", "rests")
+_OWN = ("own counts", "wild counts", "turns", "rests", "bursts")
 KINDS = ("constant", *_OWN, "smooth", "ramps", "backlash")
 LEAST_HZ, MOST_HZ = 20, 5000
 _SECONDS, _PIXELS = 1.2, (24, 1500)
@@ -58,6 +58,10 @@ class SetShape:
                 able = capability_of(board, Fraction(hz))
                 most = min(steps, max(1, round(0.97 * able.direct_reversal_speed)))
                 counts = [some.choice((-1, 1)) * some.randint(0, most) for _ in range(few)]
+            elif self.kind == "bursts":
+                alike = random.Random(self.seed) if self.seed % 2 else some
+                pattern = _bursts(alike, steps)
+                counts = pattern * max(1, few // len(pattern))
             elif self.kind == "rests":
                 low = some.choice((0, 1))
                 counts = [some.choice((low, some.randint(steps // 2, steps))) for _ in range(few)]
@@ -82,6 +86,18 @@ class SetShape:
         if self.kind == "backlash" and steps > self.backlash:
             return Line((0, *counts), SMOOTH, backlash=self.backlash, name=f"backlash {axis}")
         return Line(counts, SMOOTH, name=f"{self.kind} {axis}")
+
+
+def _bursts(some: random.Random, steps: int) -> list[int]:
+    """Return bursts of a few pixels, between which there are rests, slow pixels or turns."""
+    counts: list[int] = []
+    sign = 1
+    for _ in range(some.randint(1, 3)):
+        counts += [sign * steps] * some.randint(1, 4)
+        turns = some.random() < 0.6
+        counts += some.choice(([0], [sign, -sign] if turns else [sign] * some.randint(1, 3)))
+        sign = -sign if turns else sign
+    return counts if sign > 0 else counts + [-count for count in counts]
 
 
 @dataclass(frozen=True)

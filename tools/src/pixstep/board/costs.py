@@ -23,6 +23,7 @@ class Costs:
     even_px: float
     even_step: float
     even_changed: float
+    even_begun: float
     train_px: float
     train_step: float
     single_px: float
@@ -33,6 +34,7 @@ class Costs:
     piece_px: float
     piece_step: float
     curve_px: float
+    piece_more: float
     shifted_px: float
     turned_px: float
     flat_step: float

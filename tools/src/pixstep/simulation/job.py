@@ -162,7 +162,8 @@ class LineExperiment(Experiment):
 
     def record_every(self, capacity: int) -> int:
         """Return every how many pixels a record can be read before the board overwrites it."""
-        if self.line_hz <= (_ALL_LOADED_HZ if self.serial_load else _ALL_RECORDS_HZ):
+        all_hz = _ALL_LOADED_HZ if self.serial_load else _ALL_RECORDS_HZ
+        if self.line_hz <= all_hz * min(1.0, self.baud / BAUD):
             return 1
         looks_s = _READING_S * max(_REST, BAUD / self.baud) * (_LOADED if self.serial_load else 1)
         unread = self.line_hz * (_LOOK_S + len(self.lines) * looks_s)
