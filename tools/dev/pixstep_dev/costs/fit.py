@@ -32,6 +32,7 @@ OF_CURVES = (
 )  # fmt: skip
 _LEAD_TICKS, _MARKS = 0x20000, 13  # of lines that are locked
 _OFTEN = 5  # in a probe
+_UNLIKE = ("turns", "rests")  # probes whose pixels are not alike
 _NOTHING = dict.fromkeys(OF_REPLAY, 0.0)
 
 
@@ -99,6 +100,7 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
     _raise(accounts, "account_piece_px", spent, ("turns",), account, lambda row: row.account)
     _raise(accounts, "account_train_px", spent, ("train",), account, lambda row: row.account)
     found = decoding | accounts | _rounds(spent)
+    _raise_unlike(board, spent, found)
     return found | {"low": max(0.0, *(row[1] for row in misses(board, spent, found)))}
 
 
@@ -124,8 +126,25 @@ def _raise(
             costs[name] += max(0.0, value(row) / (1 + LOW) - reckoned) / often
 
 
+def _raise_unlike(board: str, spent: Sequence[Spent], costs: dict[str, float]) -> None:
+    """Raise the account of a piece until no line of unlike pixels is reckoned too low by LOW.
+
+    An edge of the clock that falls between unlike pixels looks for its place entry by entry, which
+    is part of a round. Lines of like pixels must not pay for that.
+    """
+    for row in spent:
+        times = _times(board, row)["account_piece_px"][1] * row.share * row.probe.axes
+        if row.probe.name.startswith(_UNLIKE) and times >= _OFTEN:
+            lack = _work(row) / (1 + LOW) - _reckoned(board, row, costs)
+            costs["account_piece_px"] += max(0.0, lack) / times
+
+
 def _rounds(spent: Sequence[Spent]) -> dict[str, float]:
-    """Return the costs of a round, of the clock's edges in it, and of each call of the decoder."""
+    """Return the costs of a round, of the clock's edges in it, and of each call of the decoder.
+
+    Those of lines of unlike pixels are higher: _raise_unlike().
+    """
+    spent = [row for row in spent if not row.probe.name.startswith(_UNLIKE)]
     found = _solve(spent, ROUNDS, _times_round, lambda row: row.rounds)
     worst = max(
         row.rounds / sum(cost * _times_round(row, name) for name, cost in found.items())
