@@ -129,12 +129,12 @@ def _raise(
 def _raise_unlike(board: str, spent: Sequence[Spent], costs: dict[str, float]) -> None:
     """Raise the account of a piece until no line of unlike pixels is reckoned too low by LOW.
 
-    An edge of the clock that falls between unlike pixels looks for its place entry by entry, which
-    is part of a round. Lines of like pixels must not pay for that.
+    Between unlike pixels the board searches for the place of a clock edge entry by entry. The
+    simulator counts that as part of a round, which lines of like pixels must not pay for.
     """
-    for row in spent:
+    for row in (row for row in spent if row.probe.name.startswith(_UNLIKE)):
         times = _times(board, row)["account_piece_px"][1] * row.share * row.probe.axes
-        if row.probe.name.startswith(_UNLIKE) and times >= _OFTEN:
+        if times >= _OFTEN:
             lack = _work(row) / (1 + LOW) - _reckoned(board, row, costs)
             costs["account_piece_px"] += max(0.0, lack) / times
 

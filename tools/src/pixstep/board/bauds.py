@@ -6,6 +6,7 @@ takes what the port comes within 2.5 % of, as firmware/core/wire/baud.c has it.
 """
 
 from collections.abc import Iterator
+from itertools import islice
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
@@ -39,4 +40,4 @@ def _nearest(board: str, baud: int) -> Iterator[int]:
     """Yield the nearest rate below, and above, where there is one."""
     least, most = setting_range()
     for rates in (range(baud, least - 1, -_STEP), range(baud, most + 1, _STEP)):
-        yield from [rate for rate in rates if is_made(board, rate)][:1]
+        yield from islice((rate for rate in rates if is_made(board, rate)), 1)

@@ -125,7 +125,7 @@ class LineCheck(OfClock):
         return self.axes or len(self.csv)
 
     def _refuse_what_no_board_has(self, desk: Desk) -> None:
-        """Refuse fewer axes than files, and axes and a rate that the board judged by has not."""
+        """Refuse fewer axes than files, and axes or a baud rate that the board does not have."""
         if self.together < len(self.csv):
             raise AskedError(
                 f"{{axes}} {self.axes}: {len(self.csv)} files are lines of as many axes",
