@@ -231,6 +231,11 @@ LATE = {  # all but the last ended in a fault in the simulator, some on other ax
         [Line((20, 20, 20, 0, -20, -20, 0, 20) * 30, PLAIN)] * 4,
         clocked("mega", 650, 1, sync=2),
     ),
+    "pieces that take two calls": (
+        [Line((3, 99, 99, 0, 1) * 11, PLAIN)] * 2,
+        clocked("m1284", 3296, 8, sync=2),
+    ),
+    "curves of few steps": ([Line((1, *(2,) * 800, 1), SMOOTH)] * 4, clocked("mega", 4214, 2)),
     "two pixels": ([Line((1, 1543), PLAIN)], clocked("uno", 5000, 32)),
     "more edges than were tried": ([Line((5,) * 50, PLAIN)], clocked("m1284", 6000, 50)),
 }  # fmt: skip

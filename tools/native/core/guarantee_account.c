@@ -10,8 +10,9 @@
 #define EDGES_SEVERAL 8.0
 #define EDGES_ONE     5.0
 
-// Entries of the clock's axis between the edge before and one that is taken now. Within a pixel an
-// edge is placed by their sum; a pixel's end has its own time.
+// Entries of the clock's axis that are added up to place an edge that is taken now: those since the
+// edge before, which the account has come to, or since the beginning of a pixel that it takes as a
+// whole. A pixel's end has its own time.
 static double entries_to_edge(const struct loop *r)
 {
     const struct axis *a = &r->axis[0];
@@ -22,9 +23,9 @@ static double entries_to_edge(const struct loop *r)
     }
     for (uint8_t i = a->tail; i != a->head && a->parts[i].begin < r->now; i++) {
         const struct part *part = &a->parts[i];
-        double from = fmax(part->begin, r->placed);
+        double from = part->whole ? part->begin : fmax(part->begin, r->placed);
         double to = fmin(part->end, r->now);
-        if (!part->train && to > from) {
+        if (!part->train && to > from && !(part->whole && part->end <= r->now)) {
             made += part->entries * (to - from) / (part->end - part->begin);
         }
     }

@@ -17,6 +17,14 @@
 
 // ---- a round ----
 
+// A piece that is begun when the call is spent is written by the next one.
+static bool ends_in_call(const struct axis *a, double units)
+{
+    bool piece = a->walk.kind == PIECE || a->walk.kind == ZERO;
+
+    return !piece || units <= 0.0 || units + a->next.units <= CALL_UNITS;
+}
+
 // One call of the decoder: up to a number of units. Returns the units used; 0: nothing to do.
 static double decode(struct loop *r, struct axis *a)
 {
@@ -24,7 +32,7 @@ static double decode(struct loop *r, struct axis *a)
 
     loop_spend(r, r->cost->call);
     while (units < CALL_UNITS && r->verdict->follows &&
-           loop_may_write_more(r, a, units > 0.0)) {
+           loop_may_write_more(r, a, units > 0.0) && ends_in_call(a, units)) {
         units += a->next.units;
         loop_write_part(r, a);
     }

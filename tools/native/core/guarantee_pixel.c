@@ -10,6 +10,7 @@
 #define CURVED_STEPS     64u
 #define SLOW_ENTRIES     48.0
 #define TRAIN_ENTRY      127.0
+#define PIECE_UNITS      60.0 // to begin one, of a board of several axes
 #define CHUNK_TICKS      32768.0
 #define PIXEL_SLACK      0.0002 // a clock may be off by so much
 
@@ -321,6 +322,7 @@ static double slow_entries(double steps, double waits)
 
 static void cost_piece(const struct walk *w,
                        const struct guarantee_costs *c,
+                       const struct guarantee_board *board,
                        struct job *job)
 {
     double waits = pumps(w->ticks / fmax(w->steps, 1.0)) * fmax(w->steps, 1.0);
@@ -333,7 +335,8 @@ static void cost_piece(const struct walk *w,
                   (w->turned ? c->turned_px : 0.0) + c->pump * waits;
     job->cycles += w->steps > 1.5 ? c->piece_more : 0.0;
     job->cycles += (train ? c->train_step : c->piece_step) * w->steps;
-    job->units = 42.0 + 6.0 * waits;
+    job->units = board->axes > 1 ? PIECE_UNITS : 0.0;
+    job->units += 2.0 + (train ? 20.0 : w->steps) + 6.0 * waits;
     job->part.account = c->account_piece_px + entry_cost(w, c) * job->part.entries;
     if (train) {
         job->part.account += c->account_train_px;
@@ -342,13 +345,14 @@ static void cost_piece(const struct walk *w,
 
 static void cost_zero(const struct walk *w,
                       const struct guarantee_costs *c,
+                      const struct guarantee_board *board,
                       struct job *job)
 {
     double waits = 1.0 + pumps(w->ticks);
 
     job->part.entries = slow_entries(0.0, waits);
     job->cycles = c->zero_px + c->pump * waits;
-    job->units = 30.0 + 6.0 * waits;
+    job->units = (board->axes > 1 ? PIECE_UNITS : 0.0) + 2.0 + 6.0 * waits;
     job->part.account = c->account_piece_px + entry_cost(w, c) * waits;
 }
 
@@ -374,11 +378,11 @@ static void cost_part(const struct walk *w,
         cost_curve(w, c, board, job);
         break;
     case PIECE:
-        cost_piece(w, c, job);
+        cost_piece(w, c, board, job);
         break;
     case ZERO:
     default:
-        cost_zero(w, c, job);
+        cost_zero(w, c, board, job);
         break;
     }
 }
@@ -426,6 +430,7 @@ void walk_job(const struct walk *walk,
     job->last = walk->done + steps >= walk->steps;
     job->part.end = job->last ? walk->from + walk->ticks : when(walk, walk->done + steps);
     job->part.mark = job->last;
+    job->part.whole = walk->kind == EVEN || walk->kind == CURVED;
     cost_part(walk, costs, board, job);
     if (board->lead_edges != 0 && walk->done <= 0.0) {
         job->cycles += costs->locked_px;

@@ -34,6 +34,7 @@ struct part {
     double begin, end;
     double entries, steps, account;
     bool mark, train;
+    bool whole; // the account takes it as a whole
 };
 
 struct job {

@@ -33,6 +33,7 @@ OF_CURVES = (
 _LEAD_TICKS, _MARKS = 0x20000, 13  # of lines that are locked
 _OFTEN = 5  # in a probe
 _UNLIKE = ("turns", "rests")  # probes whose pixels are not alike
+_FEW = "few"  # and those of few steps a pixel that bend: to begin one is most of its work
 _NOTHING = dict.fromkeys(OF_REPLAY, 0.0)
 
 
@@ -77,7 +78,8 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
             return row.calls
         return _early(board, row) if name == "early" else times[row.probe.name][name][0]
 
-    decoding = _solve(spent, DECODING, decode, lambda row: row.decode)
+    others = [row for row in spent if not row.probe.name.startswith(_FEW)]
+    decoding = _solve(others, DECODING, decode, lambda row: row.decode)
     worst = max(
         row.decode / sum(cost * decode(row, name) for name, cost in decoding.items())
         for row in spent
@@ -96,6 +98,7 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
     # Looks at slow lines, of which most find nothing, would hide what an entry costs.
     accounts = _solve(spent, ("account", *ACCOUNTS), account, lambda row: row.account, 0.5)
     _raise(decoding, "turned_px", spent, ("turns",), decode, lambda row: row.decode)
+    _raise(decoding, "curved_start", spent, (_FEW,), decode, lambda row: row.decode)
     _raise(accounts, "account_curve_px", spent, ("bends",), account, lambda row: row.account)
     _raise(accounts, "account_piece_px", spent, ("turns",), account, lambda row: row.account)
     _raise(accounts, "account_train_px", spent, ("train",), account, lambda row: row.account)

@@ -78,6 +78,10 @@ def _shifted(speed: int, hz: int, backlash: int) -> Line:
     return Line((0, *counts), SMOOTH, backlash=backlash, name="shifted")
 
 
+def _bends(speeds: tuple[int, ...], pixels: int) -> Line:
+    return lines.smooth([0, *(speeds * (pixels // 2 // len(speeds))), 0])
+
+
 def _down(speed: int) -> range:
     """Return boundary speeds that fall by a sixteenth of a speed each."""
     step = max(2, speed // 16 * 2)
@@ -144,6 +148,14 @@ def of_board(board: str) -> list[CostProbe]:
         CostProbe(f"bends up {a} {hz}", hz, lines.smooth([*range(0, a, 2), a, *range(a, -1, -2)]))
         for a, hz in ((40, 300), (60, 250), (16, 1000))
     ]
+    found += [
+        CostProbe(f"few {name} {hz}", hz, _bends(speeds, own))
+        for hz in (500, 1500)
+        for name, speeds in (
+            ("2-0", (2, 0)), ("4-0", (4, 0)), ("4-2", (4, 2)), ("4-2-0", (4, 2, 0)),
+            ("4-4-2", (4, 4, 2)), ("8-4", (8, 4)),
+        )
+    ]  # fmt: skip
     found += [
         CostProbe(f"shifted {v} {hz}", hz, _shifted(v, hz, 7))
         for v, hz in ((14, 1000), (20, 500), (100, 200), (400, 60))
