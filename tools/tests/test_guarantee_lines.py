@@ -235,7 +235,7 @@ LATE = {  # all but the last ended in a fault in the simulator, some on other ax
         [Line((3, 99, 99, 0, 1) * 11, PLAIN)] * 2,
         clocked("m1284", 3296, 8, sync=2),
     ),
-    "curves of few steps": ([Line((1, *(2,) * 800, 1), SMOOTH)] * 4, clocked("mega", 4214, 2)),
+    "edges right before steps": ([Line((1, *(2,) * 800, 1), SMOOTH)] * 4, clocked("mega", 4214, 2)),
     "two pixels": ([Line((1, 1543), PLAIN)], clocked("uno", 5000, 32)),
     "more edges than were tried": ([Line((5,) * 50, PLAIN)], clocked("m1284", 6000, 50)),
 }  # fmt: skip

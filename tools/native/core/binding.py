@@ -71,6 +71,7 @@ struct guarantee_costs {
     double account, account_px, account_entry, account_long_entry;
     double account_curve_px, account_piece_px, account_train_px;
     double edge, round, edge_locked, round_locked;
+    double edge_few;
     double turn;
     double request;
     double request_byte;

@@ -47,8 +47,9 @@ struct guarantee_costs {
     double account_curve_px, account_piece_px, account_train_px;
     // An edge of the clock, a pass of the main loop with nothing to do; of locked lines.
     double edge, round, edge_locked, round_locked;
-    double turn;         // more of a round for each call of the decoder
-    double request;      // the longest request
+    double edge_few; // more of an edge of others, where at most a step comes between two
+    double turn;     // more of a round for each call of the decoder
+    double request;  // the longest request
     double request_byte; // requests of a saturated bus, for each byte on the bus
     // Interrupts: a step, one of a pulse train, an edge, a byte; share of all others.
     double step_isr, train_isr, edge_isr, byte_isr, other_isr_share;

@@ -77,10 +77,31 @@ double loop_round_cost(const struct loop *r)
     return r->board->lead_edges != 0 ? r->cost->round_locked : r->cost->round;
 }
 
+// True when no more than one entry of the clock's axis comes between two edges. An edge that comes
+// right before a step is placed by all of the account, which leaves nothing by which to place the
+// next one quickly; more entries would.
+static bool few_between(const struct loop *r)
+{
+    const struct axis *a = &r->axis[0];
+
+    if (a->plays == a->head) {
+        return false;
+    }
+    const struct part *part = &a->parts[a->plays];
+
+    return !part->train && part->entries * r->edge_ticks <= part->end - part->begin;
+}
+
 // Nobody has said which axis is the clock's. The place of an edge in its train takes a division.
 double loop_edge_cost(const struct loop *r)
 {
-    double cycles = r->board->lead_edges != 0 ? r->cost->edge_locked : r->cost->edge;
+    const struct guarantee_costs *c = r->cost;
+    bool locked = r->board->lead_edges != 0;
+    double cycles = locked ? c->edge_locked : c->edge;
+
+    if (!locked && few_between(r)) {
+        cycles += c->edge_few;
+    }
 
     for (uint32_t i = 0; i < r->axes; i++) {
         if (in_train(&r->axis[i])) {

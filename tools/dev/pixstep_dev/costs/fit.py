@@ -15,7 +15,7 @@ from pixstep.board import boards
 from pixstep.board.costs import OF_REPLAY
 from pixstep.lines.replay import Loop, Replay
 from pixstep.lines.units import period_ticks
-from pixstep_dev.costs.probes import Spent
+from pixstep_dev.costs.probes import BETWEEN_PPM, Spent
 
 DECODING = OF_REPLAY[: OF_REPLAY.index("account")]
 ACCOUNTS = (
@@ -33,6 +33,7 @@ OF_CURVES = (
 _LEAD_TICKS, _MARKS = 0x20000, 13  # of lines that are locked
 _OFTEN = 5  # in a probe
 _UNLIKE = ("turns", "rests")  # probes whose pixels are not alike
+_BETWEEN = "between"  # those of no more than a step between two edges of the clock
 _FEW = "few"  # and those of few steps a pixel that bend: to begin one is most of its work
 _NOTHING = dict.fromkeys(OF_REPLAY, 0.0)
 
@@ -147,13 +148,14 @@ def _rounds(spent: Sequence[Spent]) -> dict[str, float]:
 
     Those of lines of unlike pixels are higher: _raise_unlike().
     """
-    spent = [row for row in spent if not row.probe.name.startswith(_UNLIKE)]
-    found = _solve(spent, ROUNDS, _times_round, lambda row: row.rounds)
+    alike = [row for row in spent if not row.probe.name.startswith((*_UNLIKE, _BETWEEN))]
+    found = _solve(alike, ROUNDS, _times_round, lambda row: row.rounds)
     worst = max(
         row.rounds / sum(cost * _times_round(row, name) for name, cost in found.items())
-        for row in spent
+        for row in alike
     )
-    return {name: cost * max(1.0, worst / (1 + LOW)) for name, cost in found.items()}
+    found = {name: cost * max(1.0, worst / (1 + LOW)) for name, cost in found.items()}
+    return found | {"edge_few": _few_between(spent, found["round"])}
 
 
 def _times_round(row: Spent, name: str) -> float:
@@ -165,9 +167,27 @@ def _times_round(row: Spent, name: str) -> float:
     return row.passes if name.startswith("round") else row.edges
 
 
+def _few_between(spent: Sequence[Spent], round_cycles: float) -> float:
+    """Return what an edge costs more right before a step than right behind it."""
+    found = {
+        row.probe.ppm: (row.rounds - row.passes * round_cycles) / row.edges
+        for row in spent
+        if row.probe.name.startswith(_BETWEEN)
+    }
+    quick, slow = (found[ppm] for ppm in BETWEEN_PPM)
+    return max(0.0, slow - quick)
+
+
 def misses(board: str, spent: Sequence[Spent], costs: dict[str, float]) -> list[tuple[str, float]]:
-    """Return of each probe by how much the main loop's work is reckoned too low, as a share."""
-    return [(row.probe.name, _work(row) / _reckoned(board, row, costs) - 1) for row in spent]
+    """Return of each probe by how much the main loop's work is reckoned too low, as a share.
+
+    But for those that tell what an edge costs more at times.
+    """
+    return [
+        (row.probe.name, _work(row) / _reckoned(board, row, costs) - 1)
+        for row in spent
+        if not row.probe.name.startswith(_BETWEEN)
+    ]
 
 
 def _work(row: Spent) -> float:

@@ -21,6 +21,7 @@ from pixstep_trials import lines
 
 _MIDDLE = (0.25, 0.9)  # of a line's steps
 _SLICE_S = 0.001
+BETWEEN_PPM = (0, 600)  # of a clock whose edges come with steps, and right before them
 _BUSY_HZ = (2000, 2600, 3200, 4000, 4800)  # as fast as the board can, edges are most of its work
 
 
@@ -33,6 +34,8 @@ class CostProbe:
     line: Line
     axes: int = 1
     locked: bool = False
+    divider: int = 1
+    ppm: int = 0  # by which the clock is faster
 
 
 @dataclass(frozen=True)
@@ -186,6 +189,10 @@ def of_board(board: str) -> list[CostProbe]:
         CostProbe(f"busy {n} {hz}", hz, _turns(n - n // 12 * 2, n, own // 2, hz), all_axes)
         for n, hz in ((600, 30), (160, 100))
     ]
+    found += [
+        CostProbe(f"between {ppm}", 300, _constant(8, 300, 0.5), all_axes, divider=8, ppm=ppm)
+        for ppm in BETWEEN_PPM
+    ]
     for locked, name in ((False, "all"), (True, "locked")):
         found += [
             CostProbe(
@@ -198,10 +205,12 @@ def of_board(board: str) -> list[CostProbe]:
 
 def run(board: str, probe: CostProbe) -> Spent:
     """Run a probe to its end."""
-    hz = Fraction(probe.hz)
+    hz = Fraction(probe.hz * probe.divider)
     axes = list(range(probe.axes))
-    with SimulatedBoard(board, hz) as under:
-        under.set_up(hz, axes, bus_timeout_ms=0, sync=2 if probe.locked else 1)
+    with SimulatedBoard(board, hz * (1 + Fraction(probe.ppm, 1_000_000))) as under:
+        under.set_up(
+            hz, axes, bus_timeout_ms=0, sync=2 if probe.locked else 1, divider=probe.divider
+        )
         under.load(dict.fromkeys(axes, probe.line))
         if probe.locked:
             under.await_clock()

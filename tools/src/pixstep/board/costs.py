@@ -60,6 +60,7 @@ class Costs:
     round: float
     edge_locked: float
     round_locked: float
+    edge_few: float
     turn: float
     request: float
     data_request: float
