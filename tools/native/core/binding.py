@@ -72,6 +72,7 @@ struct guarantee_costs {
     double account_curve_px, account_piece_px, account_train_px;
     double edge, round, edge_locked, round_locked;
     double edge_few;
+    double round_unlike;
     double turn;
     double request;
     double request_byte;

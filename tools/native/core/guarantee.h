@@ -48,8 +48,11 @@ struct guarantee_costs {
     // An edge of the clock, a pass of the main loop with nothing to do; of locked lines.
     double edge, round, edge_locked, round_locked;
     double edge_few; // more of an edge of others, where at most a step comes between two
-    double turn;     // more of a round for each call of the decoder
-    double request;  // the longest request
+    // More of a pass while there are pixels of other kinds among those that are decoded: axes that
+    // wait for much room are accounted for in every pass.
+    double round_unlike;
+    double turn;         // more of a round for each call of the decoder
+    double request;      // the longest request
     double request_byte; // requests of a saturated bus, for each byte on the bus
     // Interrupts: a step, one of a pulse train, an edge, a byte; share of all others.
     double step_isr, train_isr, edge_isr, byte_isr, other_isr_share;

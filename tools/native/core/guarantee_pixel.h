@@ -34,7 +34,7 @@ struct part {
     double begin, end;
     double entries, steps, account;
     bool mark, train;
-    bool whole; // the account takes it as a whole
+    bool whole, piece; // the account takes it as a whole, or it is of the common way
 };
 
 struct job {

@@ -74,7 +74,14 @@ double loop_request_ticks(struct loop *r)
 
 double loop_round_cost(const struct loop *r)
 {
-    return r->board->lead_edges != 0 ? r->cost->round_locked : r->cost->round;
+    double cycles = r->board->lead_edges != 0 ? r->cost->round_locked : r->cost->round;
+
+    for (uint32_t i = 0; i < r->axes; i++) {
+        if (r->axis[i].pieces != 0) {
+            return cycles + r->cost->round_unlike;
+        }
+    }
+    return cycles;
 }
 
 // True when no more than one entry of the clock's axis comes between two edges. An edge that comes

@@ -104,7 +104,7 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
     _raise(accounts, "account_piece_px", spent, ("turns",), account, lambda row: row.account)
     _raise(accounts, "account_train_px", spent, ("train",), account, lambda row: row.account)
     found = decoding | accounts | _rounds(spent)
-    _raise_unlike(board, spent, found)
+    found["round_unlike"] = _round_unlike(board, spent, found)
     return found | {"low": max(0.0, *(row[1] for row in misses(board, spent, found)))}
 
 
@@ -130,23 +130,26 @@ def _raise(
             costs[name] += max(0.0, value(row) / (1 + LOW) - reckoned) / often
 
 
-def _raise_unlike(board: str, spent: Sequence[Spent], costs: dict[str, float]) -> None:
-    """Raise the account of a piece until no line of unlike pixels is reckoned too low by LOW.
+def _round_unlike(board: str, spent: Sequence[Spent], costs: dict[str, float]) -> float:
+    """Return what a pass costs more of lines of unlike pixels, of those that cost the most.
 
-    Between unlike pixels the board searches for the place of a clock edge entry by entry. The
-    simulator counts that as part of a round, which lines of like pixels must not pay for.
+    So much that none of them is reckoned too low by LOW. Passes of lines of like pixels must not
+    pay for it.
     """
-    for row in (row for row in spent if row.probe.name.startswith(_UNLIKE)):
-        times = _times(board, row)["account_piece_px"][1] * row.share * row.probe.axes
-        if times >= _OFTEN:
-            lack = _work(row) / (1 + LOW) - _reckoned(board, row, costs)
-            costs["account_piece_px"] += max(0.0, lack) / times
+    return max(
+        0.0,
+        *(
+            (_work(row) / (1 + LOW) - _reckoned(board, row, costs)) / row.passes
+            for row in spent
+            if row.probe.name.startswith(_UNLIKE)
+        ),
+    )
 
 
 def _rounds(spent: Sequence[Spent]) -> dict[str, float]:
     """Return the costs of a round, of the clock's edges in it, and of each call of the decoder.
 
-    Those of lines of unlike pixels are higher: _raise_unlike().
+    Those of lines of unlike pixels are higher: _round_unlike().
     """
     alike = [row for row in spent if not row.probe.name.startswith((*_UNLIKE, _BETWEEN))]
     found = _solve(alike, ROUNDS, _times_round, lambda row: row.rounds)
@@ -203,4 +206,6 @@ def _reckoned(board: str, row: Spent, costs: dict[str, float]) -> float:
     account = costs["account"] * row.looks
     account += row.share * sum(costs[name] * times[name][1] for name in ACCOUNTS)
     rounds = sum(costs[name] * _times_round(row, name) for name in ROUNDS)
+    if row.probe.name.startswith(_UNLIKE):
+        rounds += costs.get("round_unlike", 0.0) * row.passes
     return (row.share * decode + account) * row.probe.axes + rounds

@@ -61,6 +61,7 @@ class Costs:
     edge_locked: float
     round_locked: float
     edge_few: float
+    round_unlike: float
     turn: float
     request: float
     data_request: float

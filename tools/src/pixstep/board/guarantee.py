@@ -34,9 +34,9 @@ BURST = 1.3  # and where the train begins behind slower steps: the interrupt has
 MOST_EDGES_HZ = 5000  # with more than this nobody has tried what a board follows
 # Chosen by the campaign's sets, and by lines at the guaranteed rates beside a saturated bus: with
 # less, some that were accepted failed. On a fast clock small costs add up that are not reckoned.
-_MARGINS = (1.0, 1.05, 1.1, 1.14)
-_FAST_HZ, _FAST_MARGINS = 1000, (1.18,)  # hertz of the clock's edges
-_FAST_BUS_MARGINS = (1.18, 1.25)  # at more than the usual rate: what it asks is less alike
+_MARGINS = (1.0, 1.05, 1.08, 1.12, 1.14)
+_FAST_HZ, _FAST_MARGINS = 1000, (1.16, 1.18)  # hertz of the clock's edges
+_FASTER_HZ, _FASTER_MARGINS = 3000, (1.16, 1.18, 1.25)  # or a bus at more than its usual rate
 _SPARE_TICKS = 2500  # by which each part must be early, beside all that is reckoned
 ADVICE = "beyond=True lets the board try"
 MOTIONS = ("constant", "smooth", "ramp")
@@ -137,8 +137,10 @@ def loop_of(world: LineConditions, margin: float = 1.0) -> Loop:
 
 
 def _margins(world: LineConditions) -> tuple[float, ...]:
-    fast = world.pixel_hz * world.divider >= _FAST_HZ
-    more = _FAST_BUS_MARGINS if world.baud > BAUD else _FAST_MARGINS if fast else ()
+    clock_hz = world.pixel_hz * world.divider
+    more = _FAST_MARGINS if clock_hz >= _FAST_HZ else ()
+    if clock_hz >= _FASTER_HZ or world.baud > BAUD:
+        more = _FASTER_MARGINS
     return (*_MARGINS, 1.0 + costs.of(world.board).low, *more)
 
 
