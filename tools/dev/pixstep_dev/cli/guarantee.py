@@ -63,6 +63,15 @@ def costs_command(
     is_flag=True,
     help="No runs: what is guaranteed at 36 clocks from 20 Hz to 3.6 kHz, and its dips.",
 )
+@click.option(
+    "--search",
+    "tries",
+    type=click.IntRange(min=0),
+    default=0,
+    metavar="PATTERNS",
+    help="No random sets, but a search among so many short patterns of each board for those that"
+    " fail closest to what is guaranteed.",
+)
 @seed_option
 @json_option
 @click.pass_context
@@ -73,6 +82,7 @@ def guarantee_command(
     count: int,
     seed: int,
     phases: int,
+    tries: int,
     *,
     sweep: bool,
     as_json: bool,
@@ -85,12 +95,19 @@ def guarantee_command(
     than with every edge right.
 
     With --rates lines at the guaranteed rates run so many times each beside a saturated bus. With
-    --sweep no clock may be promised much fewer steps a pixel than a faster one.
+    --sweep no clock may be promised much fewer steps a pixel than a faster one. With --search
+    patterns run at the highest clock that is accepted and beyond, with clocks a little off, and the
+    closest are changed and tried again.
     """
-    from pixstep_dev.guarantee import campaign, rates, sweeps
+    from pixstep_dev.guarantee import campaign, rates, search, sweeps
 
-    if phases and sweep:
-        raise click.UsageError("--rates and --sweep are two questions: choose one")
+    if bool(phases) + bool(tries) + sweep > 1:
+        raise click.UsageError("--rates, --search and --sweep are questions of their own: one only")
+    if tries:
+        with progress.shown("search") as show:
+            closest = search.run(tries, seed, board, show)
+        finish(ctx, asdict(closest), closest.rows, "every accepted pattern runs", as_json=as_json)
+        return
     if sweep:
         with progress.shown("sweep") as show:
             swept = sweeps.run(board, progress=show)

@@ -34,7 +34,10 @@ _LEAD_TICKS, _MARKS = 0x20000, 13  # of lines that are locked
 _OFTEN = 5  # in a probe
 _UNLIKE = ("turns", "rests")  # probes whose pixels are not alike
 _BETWEEN = "between"  # those of no more than a step between two edges of the clock
-_FEW = "few"  # and those of few steps a pixel that bend: to begin one is most of its work
+_FEW, _STEEP = (
+    "few",
+    "steep",
+)  # those that bend, of few steps a pixel, and from one speed to another
 _NOTHING = dict.fromkeys(OF_REPLAY, 0.0)
 
 
@@ -79,15 +82,21 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
             return row.calls
         return _early(board, row) if name == "early" else times[row.probe.name][name][0]
 
-    others = [row for row in spent if not row.probe.name.startswith(_FEW)]
+    def worst(costs: dict[str, float], kinds: tuple[str, ...]) -> float:
+        return max(
+            row.decode / sum(cost * decode(row, name) for name, cost in costs.items())
+            for row in spent
+            if row.probe.name.startswith(kinds)
+        )
+
+    others = [row for row in spent if not row.probe.name.startswith((_FEW, _STEEP))]
     decoding = _solve(others, DECODING, decode, lambda row: row.decode)
-    worst = max(
-        row.decode / sum(cost * decode(row, name) for name, cost in decoding.items())
-        for row in spent
-        if row.probe.name.startswith(CURVES)
-    )
+    if worst(decoding, (_STEEP,)) > 1 + LOW:
+        others = [row for row in spent if not row.probe.name.startswith(_FEW)]
+        decoding = _solve(others, DECODING, decode, lambda row: row.decode)
+    raised = max(1.0, worst(decoding, CURVES) / (1 + LOW))
     for name in OF_CURVES:
-        decoding[name] *= max(1.0, worst / (1 + LOW))
+        decoding[name] *= raised
 
     def account(row: Spent, name: str) -> float:
         if name == "account":
@@ -99,7 +108,8 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
     # Looks at slow lines, of which most find nothing, would hide what an entry costs.
     accounts = _solve(spent, ("account", *ACCOUNTS), account, lambda row: row.account, 0.5)
     _raise(decoding, "turned_px", spent, ("turns",), decode, lambda row: row.decode)
-    _raise(decoding, "curved_start", spent, (_FEW,), decode, lambda row: row.decode)
+    _raise(decoding, "curved_start", spent, (_STEEP,), decode, lambda row: row.decode)
+    _raise(decoding, "curved_start", spent, (_FEW,), decode, lambda row: row.decode, 0.0)
     _raise(accounts, "account_curve_px", spent, ("bends",), account, lambda row: row.account)
     _raise(accounts, "account_piece_px", spent, ("turns",), account, lambda row: row.account)
     _raise(accounts, "account_train_px", spent, ("train",), account, lambda row: row.account)
@@ -120,14 +130,14 @@ def _early(board: str, row: Spent) -> float:
 
 def _raise(
     costs: dict[str, float], name: str, rows: Sequence[Spent], kinds: tuple[str, ...],
-    times: Callable[[Spent, str], float], value: Callable[[Spent], float],
+    times: Callable[[Spent, str], float], value: Callable[[Spent], float], low: float = LOW,
 ) -> None:  # fmt: skip
-    """Raise a cost until no probe of these kinds that has it often is reckoned too low by LOW."""
+    """Raise a cost until no probe of these kinds that has it often is reckoned lower than that."""
     for row in rows:
         often = times(row, name)
         if row.probe.name.startswith(kinds) and often >= _OFTEN:
             reckoned = sum(cost * times(row, one) for one, cost in costs.items())
-            costs[name] += max(0.0, value(row) / (1 + LOW) - reckoned) / often
+            costs[name] += max(0.0, value(row) / (1 + low) - reckoned) / often
 
 
 def _round_unlike(board: str, spent: Sequence[Spent], costs: dict[str, float]) -> float:

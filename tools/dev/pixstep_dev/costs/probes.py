@@ -156,9 +156,13 @@ def of_board(board: str) -> list[CostProbe]:
         for hz in (500, 1500)
         for name, speeds in (
             ("2-0", (2, 0)), ("4-0", (4, 0)), ("4-2", (4, 2)), ("4-2-0", (4, 2, 0)),
-            ("4-4-2", (4, 4, 2)), ("8-4", (8, 4)),
+            ("4-4-2", (4, 4, 2)), ("2-4-4-2-0", (2, 4, 4, 2, 0)), ("8-4", (8, 4)),
         )
     ]  # fmt: skip
+    found += [
+        CostProbe(f"steep {v} {hz}", hz, _bends((2, v, v, 2), own))
+        for v, hz in ((30, 100), (30, 200), (30, 500), (60, 100), (60, 200), (102, 100))
+    ]
     found += [
         CostProbe(f"shifted {v} {hz}", hz, _shifted(v, hz, 7))
         for v, hz in ((14, 1000), (20, 500), (100, 200), (400, 60))

@@ -10,7 +10,7 @@ from pixstep.board import guarantee
 from pixstep.errors import UserError
 from pixstep.progress import Progress, unseen
 from pixstep.simulation import judge
-from pixstep.simulation.job import run_job
+from pixstep.simulation.job import LineExperiment, run_job
 from pixstep_dev.guarantee.sets import SHARE, LineSet, random_set
 
 CLEAN, REFUSED = "", "refused"
@@ -54,9 +54,14 @@ def attempt(seed: str, board: str | None = None) -> Ended:
 
 def run_set(one: LineSet) -> str:
     """Run a set; return how it ended."""
+    return ending(one.job)
+
+
+def ending(job: LineExperiment) -> str:
+    """Run an experiment; return how it ended."""
     with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
         try:
-            result = run_job(one.job, Path(folder))
+            result = run_job(job, Path(folder))
         except UserError as error:
             return f"{REFUSED} {error}"
         if result.refused:
