@@ -63,6 +63,7 @@ struct guarantee_costs {
     double piece_more;
     double shifted_px;
     double turned_px;
+    double crawl_px;
     double flat_step, wide_step, steep_step, slow_step;
     double moved_tick, wide_moved_tick, missed_tick, short_batch;
     double zero_px, pump;

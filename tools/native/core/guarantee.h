@@ -34,6 +34,8 @@ struct guarantee_costs {
     double piece_more;                     // more of an even one with several steps
     double shifted_px;                     // and of one before backlash is taken up
     double turned_px;                      // and of one in the other direction
+    double
+        crawl_px; // and of one under acceleration that is slow at one end, and fast at the other
     // Steps of a curve, by how they are found; ticks by which an interval moves, of narrow curves
     // and of wide ones, or is guessed wrong; a batch of few steps.
     double flat_step, wide_step, steep_step, slow_step;

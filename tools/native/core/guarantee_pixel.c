@@ -10,6 +10,7 @@
 #define CURVED_STEPS     64u
 #define SLOW_ENTRIES     48.0
 #define TRAIN_ENTRY      127.0
+#define CRAWL            8.0
 #define PIECE_UNITS      60.0 // to begin one, of a board of several axes
 #define CHUNK_TICKS      32768.0
 #define PIXEL_SLACK      0.0002 // a clock may be off by so much
@@ -260,6 +261,16 @@ static struct curve_shape shape_of(const struct walk *w, bool whole)
         w->ticks, w->steps, w->start_speed, w->half, whole, whole && w->goes_on};
 }
 
+// More of a pixel that is slow at one end and fast at the other: there an interval tells little of
+// the next one.
+static double crawl(const struct walk *w, const struct guarantee_costs *c)
+{
+    double slow = fmin(w->start_speed, w->speed);
+    double fast = fmax(w->start_speed, w->speed);
+
+    return slow * CRAWL <= fast ? c->crawl_px : 0.0;
+}
+
 // A pixel that is written as a whole: its last step is what is left of it.
 static void cost_curved(const struct walk *w,
                         const struct guarantee_costs *c,
@@ -272,6 +283,7 @@ static void cost_curved(const struct walk *w,
     job->part.entries = w->steps;
     job->cycles =
         c->curved_px + (w->goes_on ? 0.0 : c->curved_start) + cycles_of(&n, c, true);
+    job->cycles += w->steps > CRAWL ? crawl(w, c) : 0.0;
     job->units = fmin(40.0 + 3.0 * w->steps + 20.0 * n.slow, 120.0);
     job->part.account = c->account_px + entry_cost(w, c) * w->steps;
 }
@@ -308,7 +320,7 @@ static void cost_curve(const struct walk *w,
     guarantee_curve(&shape, w->done, w->done + steps, &n);
     job->part.entries = steps;
     job->cycles = (first ? c->curve_px + (w->shifted ? c->shifted_px : 0.0) : 0.0) +
-                  cycles_of(&n, c, false);
+                  (first ? crawl(w, c) : 0.0) + cycles_of(&n, c, false);
     job->units = curve_units(&n, first, job->last, steep, board->axes > 1);
     job->part.account = (first ? c->account_curve_px : 0.0) + entry_cost(w, c) * steps;
 }

@@ -91,9 +91,6 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
 
     others = [row for row in spent if not row.probe.name.startswith((_FEW, _STEEP))]
     decoding = _solve(others, DECODING, decode, lambda row: row.decode)
-    if worst(decoding, (_STEEP,)) > 1 + LOW:
-        others = [row for row in spent if not row.probe.name.startswith(_FEW)]
-        decoding = _solve(others, DECODING, decode, lambda row: row.decode)
     raised = max(1.0, worst(decoding, CURVES) / (1 + LOW))
     for name in OF_CURVES:
         decoding[name] *= raised
@@ -108,8 +105,9 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
     # Looks at slow lines, of which most find nothing, would hide what an entry costs.
     accounts = _solve(spent, ("account", *ACCOUNTS), account, lambda row: row.account, 0.5)
     _raise(decoding, "turned_px", spent, ("turns",), decode, lambda row: row.decode)
-    _raise(decoding, "curved_start", spent, (_STEEP,), decode, lambda row: row.decode)
-    _raise(decoding, "curved_start", spent, (_FEW,), decode, lambda row: row.decode, 0.0)
+    _raise(decoding, "crawl_px", spent, (_STEEP,), decode, lambda row: row.decode, 0.0)
+    # A line that brakes at its end has no time to make up for it.
+    _raise(decoding, "curved_start", spent, (_FEW,), decode, lambda row: row.decode, -LOW)
     _raise(accounts, "account_curve_px", spent, ("bends",), account, lambda row: row.account)
     _raise(accounts, "account_piece_px", spent, ("turns",), account, lambda row: row.account)
     _raise(accounts, "account_train_px", spent, ("train",), account, lambda row: row.account)

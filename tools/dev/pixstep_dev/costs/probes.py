@@ -164,6 +164,10 @@ def of_board(board: str) -> list[CostProbe]:
         for v, hz in ((30, 100), (30, 200), (30, 500), (60, 100), (60, 200), (102, 100))
     ]
     found += [
+        CostProbe(f"steep peaks {v} {hz}", hz, _bends((v, 2, v + 2, 4, v + 4, 0), own))
+        for v, hz in ((20, 75), (40, 64), (60, 50))
+    ]
+    found += [
         CostProbe(f"shifted {v} {hz}", hz, _shifted(v, hz, 7))
         for v, hz in ((14, 1000), (20, 500), (100, 200), (400, 60))
     ]

@@ -37,6 +37,7 @@ class Costs:
     piece_more: float
     shifted_px: float
     turned_px: float
+    crawl_px: float
     flat_step: float
     wide_step: float
     steep_step: float
