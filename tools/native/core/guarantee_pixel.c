@@ -10,7 +10,8 @@
 #define CURVED_STEPS     64u
 #define SLOW_ENTRIES     48.0
 #define TRAIN_ENTRY      127.0
-#define CRAWL            8.0
+#define CRAWL            8.0  // times as fast at its other end
+#define CRAWL_STEPS      8.0  // of a short pixel: one of fewer is dear for that alone
 #define PIECE_UNITS      60.0 // to begin one, of a board of several axes
 #define CHUNK_TICKS      32768.0
 #define PIXEL_SLACK      0.0002 // a clock may be off by so much
@@ -283,7 +284,7 @@ static void cost_curved(const struct walk *w,
     job->part.entries = w->steps;
     job->cycles =
         c->curved_px + (w->goes_on ? 0.0 : c->curved_start) + cycles_of(&n, c, true);
-    job->cycles += w->steps > CRAWL ? crawl(w, c) : 0.0;
+    job->cycles += w->steps > CRAWL_STEPS ? crawl(w, c) : 0.0;
     job->units = fmin(40.0 + 3.0 * w->steps + 20.0 * n.slow, 120.0);
     job->part.account = c->account_px + entry_cost(w, c) * w->steps;
 }

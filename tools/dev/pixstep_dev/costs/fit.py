@@ -34,10 +34,7 @@ _LEAD_TICKS, _MARKS = 0x20000, 13  # of lines that are locked
 _OFTEN = 5  # in a probe
 _UNLIKE = ("turns", "rests")  # probes whose pixels are not alike
 _BETWEEN = "between"  # those of no more than a step between two edges of the clock
-_FEW, _STEEP = (
-    "few",
-    "steep",
-)  # those that bend, of few steps a pixel, and from one speed to another
+_FEW, _STEEP = "few", "steep"  # those that bend: of few steps a pixel, and from a crawl to fast
 _NOTHING = dict.fromkeys(OF_REPLAY, 0.0)
 
 
