@@ -138,7 +138,7 @@ def loop_of(world: LineConditions, margin: float = 1.0) -> Loop:
 
 def _margins(world: LineConditions) -> tuple[float, ...]:
     clock_hz = world.pixel_hz * world.divider
-    more = _FAST_MARGINS if clock_hz >= _FAST_HZ else ()
+    more: tuple[float, ...] = _FAST_MARGINS if clock_hz >= _FAST_HZ else ()
     if clock_hz >= _FASTER_HZ or world.baud > BAUD:
         more = _FASTER_MARGINS
     return (*_MARGINS, 1.0 + costs.of(world.board).low, *more)
