@@ -11,7 +11,7 @@
 #define SLOW_ENTRIES     48.0
 #define TRAIN_ENTRY      127.0
 #define CRAWL            8.0  // times as fast at its other end
-#define CRAWL_STEPS      8.0  // of a short pixel: one of fewer is dear for that alone
+#define CRAWL_STEPS      8.0  // one of fewer is dear for that alone
 #define PIECE_UNITS      60.0 // to begin one, of a board of several axes
 #define CHUNK_TICKS      32768.0
 #define PIXEL_SLACK      0.0002 // a clock may be off by so much
@@ -269,7 +269,7 @@ static double crawl(const struct walk *w, const struct guarantee_costs *c)
     double slow = fmin(w->start_speed, w->speed);
     double fast = fmax(w->start_speed, w->speed);
 
-    return slow * CRAWL <= fast ? c->crawl_px : 0.0;
+    return w->steps > CRAWL_STEPS && slow * CRAWL <= fast ? c->crawl_px : 0.0;
 }
 
 // A pixel that is written as a whole: its last step is what is left of it.
@@ -284,7 +284,7 @@ static void cost_curved(const struct walk *w,
     job->part.entries = w->steps;
     job->cycles =
         c->curved_px + (w->goes_on ? 0.0 : c->curved_start) + cycles_of(&n, c, true);
-    job->cycles += w->steps > CRAWL_STEPS ? crawl(w, c) : 0.0;
+    job->cycles += crawl(w, c);
     job->units = fmin(40.0 + 3.0 * w->steps + 20.0 * n.slow, 120.0);
     job->part.account = c->account_px + entry_cost(w, c) * w->steps;
 }

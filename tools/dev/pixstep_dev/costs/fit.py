@@ -103,8 +103,7 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
     accounts = _solve(spent, ("account", *ACCOUNTS), account, lambda row: row.account, 0.5)
     _raise(decoding, "turned_px", spent, ("turns",), decode, lambda row: row.decode)
     _raise(decoding, "crawl_px", spent, (_STEEP,), decode, lambda row: row.decode, 0.0)
-    # A line that brakes at its end has no time to make up for it.
-    _raise(decoding, "curved_start", spent, (_FEW,), decode, lambda row: row.decode, -LOW)
+    _raise(decoding, "curved_start", spent, (_FEW,), decode, lambda row: row.decode, 0.0)
     _raise(accounts, "account_curve_px", spent, ("bends",), account, lambda row: row.account)
     _raise(accounts, "account_piece_px", spent, ("turns",), account, lambda row: row.account)
     _raise(accounts, "account_train_px", spent, ("train",), account, lambda row: row.account)
