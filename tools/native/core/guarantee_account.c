@@ -76,7 +76,7 @@ void loop_advance(struct loop *r, struct axis *a)
         a->used -= part->entries;
         a->marks -= part->mark ? 1u : 0u;
         a->trains -= part->train ? 1u : 0u;
-        a->pieces -= part->piece ? 1u : 0u;
+        a->others -= part->other ? 1u : 0u;
     }
     loop_spend(r, cycles);
 }

@@ -15,7 +15,7 @@ struct axis {
     struct part parts[PARTS];
     uint8_t head, tail, plays; // written, accounted for, being made
     double used;
-    uint32_t marks, trains, pieces;
+    uint32_t marks, trains, others;
     double end, last_ticks; // of what is written, and of its last period
     bool known;             // the job that is to be written next,
     double most;            // in a batch of so many steps at most

@@ -444,7 +444,7 @@ void walk_job(const struct walk *walk,
     job->part.end = job->last ? walk->from + walk->ticks : when(walk, walk->done + steps);
     job->part.mark = job->last;
     job->part.whole = walk->kind == EVEN || walk->kind == CURVED;
-    job->part.piece = walk->kind == PIECE || walk->kind == ZERO;
+    job->part.other = walk->kind == PIECE || walk->kind == ZERO || walk->kind == TRAIN;
     cost_part(walk, costs, board, job);
     if (board->lead_edges != 0 && walk->done <= 0.0) {
         job->cycles += costs->locked_px;

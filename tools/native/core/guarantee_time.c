@@ -77,7 +77,7 @@ double loop_round_cost(const struct loop *r)
     double cycles = r->board->lead_edges != 0 ? r->cost->round_locked : r->cost->round;
 
     for (uint32_t i = 0; i < r->axes; i++) {
-        if (r->axis[i].pieces != 0) {
+        if (r->axis[i].others != 0) {
             return cycles + r->cost->round_unlike;
         }
     }

@@ -161,7 +161,7 @@ void loop_write_part(struct loop *r, struct axis *a)
     a->used += job->part.entries;
     a->marks += job->part.mark ? 1u : 0u;
     a->trains += job->part.train ? 1u : 0u;
-    a->pieces += job->part.piece ? 1u : 0u;
+    a->others += job->part.other ? 1u : 0u;
     a->end = job->part.end;
     a->last_ticks = job->last_ticks;
     walk_pass(&a->walk, job);

@@ -32,7 +32,7 @@ OF_CURVES = (
 )  # fmt: skip
 _LEAD_TICKS, _MARKS = 0x20000, 13  # of lines that are locked
 _OFTEN = 5  # in a probe
-_UNLIKE = ("turns", "rests")  # probes whose pixels are not alike
+_UNLIKE = ("turns", "rests", "mixed")  # probes whose pixels are not alike
 _BETWEEN = "between"  # those of no more than a step between two edges of the clock
 _FEW, _STEEP = "few", "steep"  # those that bend: of few steps a pixel, and from a crawl to fast
 _NOTHING = dict.fromkeys(OF_REPLAY, 0.0)
@@ -106,7 +106,9 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
     _raise(decoding, "curved_start", spent, (_FEW,), decode, lambda row: row.decode, 0.0)
     _raise(accounts, "account_curve_px", spent, ("bends",), account, lambda row: row.account)
     _raise(accounts, "account_piece_px", spent, ("turns",), account, lambda row: row.account)
-    _raise(accounts, "account_train_px", spent, ("train",), account, lambda row: row.account)
+    _raise(
+        accounts, "account_train_px", spent, ("train", "mixed"), account, lambda row: row.account
+    )
     found = decoding | accounts | _rounds(spent)
     found["round_unlike"] = _round_unlike(board, spent, found)
     return found | {"low": max(0.0, *(row[1] for row in misses(board, spent, found)))}
@@ -137,13 +139,13 @@ def _raise(
 def _round_unlike(board: str, spent: Sequence[Spent], costs: dict[str, float]) -> float:
     """Return what a pass costs more of lines of unlike pixels, of those that cost the most.
 
-    So much that none of them is reckoned too low by LOW. Passes of lines of like pixels must not
-    pay for it.
+    So much that none of them is reckoned too low. Passes of lines of like pixels must not pay for
+    it.
     """
     return max(
         0.0,
         *(
-            (_work(row) / (1 + LOW) - _reckoned(board, row, costs)) / row.passes
+            (_work(row) - _reckoned(board, row, costs)) / row.passes
             for row in spent
             if row.probe.name.startswith(_UNLIKE)
         ),
