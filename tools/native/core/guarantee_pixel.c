@@ -320,8 +320,10 @@ static void cost_curve(const struct walk *w,
 
     guarantee_curve(&shape, w->done, w->done + steps, &n);
     job->part.entries = steps;
-    job->cycles = (first ? c->curve_px + (w->shifted ? c->shifted_px : 0.0) : 0.0) +
-                  (first ? crawl(w, c) : 0.0) + cycles_of(&n, c, false);
+    job->cycles = cycles_of(&n, c, false);
+    if (first) {
+        job->cycles += c->curve_px + crawl(w, c) + (w->shifted ? c->shifted_px : 0.0);
+    }
     job->units = curve_units(&n, first, job->last, steep, board->axes > 1);
     job->part.account = (first ? c->account_curve_px : 0.0) + entry_cost(w, c) * steps;
 }

@@ -34,8 +34,8 @@ struct part {
     double begin, end;
     double entries, steps, account;
     bool mark, train;
-    bool whole,
-        other; // the account takes it as a whole, or it is of the common way or a train
+    bool whole; // the account takes it as a whole
+    bool other; // it is of the common way, or a train
 };
 
 struct job {

@@ -79,18 +79,15 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
             return row.calls
         return _early(board, row) if name == "early" else times[row.probe.name][name][0]
 
-    def worst(costs: dict[str, float], kinds: tuple[str, ...]) -> float:
-        return max(
-            row.decode / sum(cost * decode(row, name) for name, cost in costs.items())
-            for row in spent
-            if row.probe.name.startswith(kinds)
-        )
-
     others = [row for row in spent if not row.probe.name.startswith((_FEW, _STEEP))]
     decoding = _solve(others, DECODING, decode, lambda row: row.decode)
-    raised = max(1.0, worst(decoding, CURVES) / (1 + LOW))
+    worst = max(
+        row.decode / sum(cost * decode(row, name) for name, cost in decoding.items())
+        for row in spent
+        if row.probe.name.startswith(CURVES)
+    )
     for name in OF_CURVES:
-        decoding[name] *= raised
+        decoding[name] *= max(1.0, worst / (1 + LOW))
 
     def account(row: Spent, name: str) -> float:
         if name == "account":

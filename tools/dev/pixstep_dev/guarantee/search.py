@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from itertools import pairwise
+from itertools import pairwise, repeat
 
 from pixstep.board import boards, guarantee
 from pixstep.board.capability import PLAIN as PLAIN_KIND
@@ -20,7 +20,7 @@ from pixstep.lines.line import PLAIN, Line
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.job import LOCK, START, LineExperiment
 from pixstep_dev.guarantee.campaign import CLEAN, REFUSED, ending
-from pixstep_dev.guarantee.sets import LEAST_HZ, MOST_HZ, world_of
+from pixstep_dev.guarantee.sets import LEAST_HZ, MOST_HZ, OWN_PX, world_of
 from pixstep_trials import lines
 
 # Shares of the guaranteed clock that are run, near it with clocks that are off by so much.
@@ -30,7 +30,7 @@ NEVER = 2.0  # a share: no fault as far as was tried
 _KEPT = 24  # patterns whose children are tried
 _NEW = 0.2  # of those that are tried
 _TOPS = (1, 2, 3, 6, 10, 15, 30, 60, 100, 130, 300, 800)
-_HELD_PX, _OWN_PX = 600, {"uno": 20, "mega": 56, "m1284": 56}
+_HELD_PX = 600
 _CLOSER = 1.02  # the guaranteed clock is found to 2 %
 
 
@@ -55,7 +55,7 @@ class Pattern:
 
     def _line(self, first: int) -> Line:
         counts = self.counts[first:] + self.counts[:first]
-        often = _OWN_PX[self.board] // len(counts)
+        often = OWN_PX[self.board] // len(counts)
         often = _HELD_PX if len(counts) == 1 else max(1, often // 2 if self.smooth else often)
         if not self.smooth:
             return Line(counts * often, PLAIN, name="pattern")
@@ -139,7 +139,7 @@ def run(
     closest = Closest()
     names = names or boards.BOARD_NAMES
     with ProcessPoolExecutor(2) as pool:
-        for done, found in enumerate(pool.map(search, names, [tries] * 3, [seed] * 3), 1):
+        for done, found in enumerate(pool.map(search, names, repeat(tries), repeat(seed)), 1):
             closest.found += found
             progress(done / len(names))
     closest.found.sort(key=lambda one: one.share)
@@ -158,9 +158,8 @@ def search(board: str, tries: int, seed: int) -> list[Close]:
         if highest is None:
             continue
         one = _beyond(highest)
-        alike = {(one.pattern.counts, one.pattern.axes, one.pattern.sync)}
-        kept = [old for old in kept if _key(old) not in alike or old.share < one.share]
-        if not any(_key(old) in alike for old in kept):
+        kept = [old for old in kept if _key(old) != _key(one) or old.share < one.share]
+        if not any(_key(old) == _key(one) for old in kept):
             kept = sorted([*kept, one], key=lambda found: found.share)[:_KEPT]
     return kept
 

@@ -22,7 +22,7 @@ LEAST_HZ, MOST_HZ = 20, 5000
 _SECONDS, _PIXELS = 1.2, (24, 1500)
 _CURVES_PX = 18
 _STREAM_S = 1.0  # of counts that a host sends while the board moves
-_OWN_PX = {"uno": 20, "mega": 56, "m1284": 56}  # a count of their own, so that the queue holds them
+OWN_PX = {"uno": 20, "mega": 56, "m1284": 56}  # a count of their own, so that the queue holds them
 DIVIDERS = (1, 1, 1, 2, 3, 8, 30)
 _JITTER = 0.005  # of an interval between edges: with more of it some edge is odd to a board
 SHARE = (0.4, 1.2)  # of the limit,
@@ -53,7 +53,7 @@ class SetShape:
         if self.kind == "constant":
             return Line((steps,) * held, PLAIN, name=f"constant {axis}")
         if self.kind in _OWN:
-            few = round(hz * _STREAM_S) if self.streamed else _OWN_PX[board]
+            few = round(hz * _STREAM_S) if self.streamed else OWN_PX[board]
             if self.kind == "turns":
                 able = capability_of(board, Fraction(hz))
                 most = min(steps, max(1, round(0.97 * able.direct_reversal_speed)))
