@@ -22,6 +22,14 @@ def test_the_guaranteed_clock_of_a_pattern_is_found_to_two_per_cent():
     assert not replace(highest, hz=round(highest.hz * 1.03)).accepted()
 
 
+def test_a_clock_that_is_accepted_above_others_that_are_not_is_found(monkeypatch):
+    accepted = (*range(250, 301), 350, 351, 352, 353, 450)
+    monkeypatch.setattr(Pattern, "accepted", lambda self: self.hz in accepted)
+    highest = search._highest(BURSTS)
+    assert highest is not None
+    assert 350 <= highest.hz <= 353
+
+
 def test_a_pattern_that_is_accepted_and_fails_is_a_complaint(monkeypatch):
     monkeypatch.setattr(guarantee, "first_late", lambda *_: None)  # everything is accepted
     close = search._beyond(replace(BURSTS, hz=1200))

@@ -10,10 +10,9 @@
 #define CURVED_STEPS     64u
 #define SLOW_ENTRIES     48.0
 #define TRAIN_ENTRY      127.0
-#define CRAWL            8.0  // times as fast at its other end
-#define CRAWL_STEPS      8.0  // one of fewer is dear for that alone
-#define PIECE_UNITS      60.0 // to begin one, of a board of several axes
-#define CHUNK_TICKS      32768.0
+#define CRAWL            8.0    // times as fast at its other end
+#define CRAWL_STEPS      8.0    // one of fewer is dear for that alone
+#define PIECE_UNITS      60.0   // to begin one, of a board of several axes
 #define PIXEL_SLACK      0.0002 // a clock may be off by so much
 
 void walk_begin(struct walk *walk, const struct guarantee_axis *line)
@@ -82,7 +81,9 @@ static enum kind kind_of_curve(const struct walk *w,
 // step that follows: another step of the same piece brings one.
 static bool ends_quiet(const struct walk *w, double ticks, double steps)
 {
-    return steps <= 0.0 || ticks / steps > PERIOD_TICKS || (w->turned && steps < 2.0);
+    double interval = steps < 2.0 ? w->waited + ticks : ticks / steps;
+
+    return steps <= 0.0 || interval > PERIOD_TICKS || (w->turned && steps < 2.0);
 }
 
 static void set_piece(struct walk *w, enum kind kind, double ticks, double steps)
@@ -422,13 +423,29 @@ static double batch(const struct walk *w,
     return fmin(left, steep ? fmin(most, STEEP_BATCH) : most);
 }
 
-// Long intervals are cut into chunks, but for the last period; of a wait without a step that one
-// is written with the step that follows.
-static double last_period(double ticks)
+// Long intervals are cut into chunks, but for the last period.
+static double in_chunks(double ticks)
 {
-    return ticks > PERIOD_TICKS
-               ? ticks - CHUNK_TICKS * ceil((ticks - PERIOD_TICKS) / CHUNK_TICKS)
-               : ticks;
+    return ticks > PERIOD_TICKS ? CHUNK_TICKS * ceil((ticks - PERIOD_TICKS) / CHUNK_TICKS)
+                                : 0.0;
+}
+
+// Of a wait without a step only chunks are written; what is left goes into the step that follows.
+static void find_front(const struct walk *w, struct job *job)
+{
+    double done = w->done + job->part.steps;
+    double waited = done < 2.0 ? w->waited : 0.0;
+
+    job->front = job->part.end;
+    if (job->part.steps > 0.0) {
+        double interval = waited + job->part.end - when(w, done - 1.0);
+        job->last_ticks = interval - in_chunks(interval);
+        return;
+    }
+    double chunks = in_chunks(waited + w->ticks);
+    job->front += chunks - waited - w->ticks;
+    job->last_ticks = CHUNK_TICKS;
+    job->waits = chunks <= 0.0;
 }
 
 void walk_job(const struct walk *walk,
@@ -451,14 +468,13 @@ void walk_job(const struct walk *walk,
     if (board->lead_edges != 0 && walk->done <= 0.0) {
         job->cycles += costs->locked_px;
     }
-    job->last_ticks =
-        steps > 0.0 ? last_period(job->part.end - when(walk, walk->done + steps - 1.0))
-                    : fmin(walk->ticks, PERIOD_TICKS + CHUNK_TICKS);
+    find_front(walk, job);
 }
 
 void walk_pass(struct walk *walk, const struct job *job)
 {
     walk->done += job->part.steps;
+    walk->waited = walk->steps > 0.0 ? 0.0 : job->part.end - job->front;
     if (job->last) {
         walk->begun = false;
     }

@@ -10,7 +10,8 @@
 #include "guarantee.h"
 
 #define RING_ENTRIES 244.0   // of 252, less what a step may take
-#define PERIOD_TICKS 64768.0 // longest period of the timer
+#define PERIOD_TICKS 64768.0 // longest period of the timer; longer intervals are cut
+#define CHUNK_TICKS  32768.0 // into these and a rest
 #define BATCH        60.0    // most steps of one
 
 enum kind { EVEN, TRAIN, SINGLES, CURVED, PIECE, CURVE, ZERO };
@@ -40,9 +41,10 @@ struct part {
 
 struct job {
     struct part part;
-    double cycles, units; // to write it, and of the budget of a call
-    double last_ticks;    // of the last period that is written
-    bool last;            // of its piece
+    double cycles, units;     // to write it, and of the budget of a call
+    double front, last_ticks; // of what is written then: its end, and its last period
+    bool last;                // of its piece
+    bool waits; // nothing is written: the time goes into the step that follows
 };
 
 // A line on its way through the decoder.
@@ -54,6 +56,7 @@ struct walk {
     bool quiet;    // the last period makes no pulse: what follows takes the common way
     double speed;  // at the place, steps a pixel
     double going;  // half the acceleration of a curved pixel right before, else 0
+    double waited; // ticks without a step right before that are not written
     int32_t count; // of the pixel before
     bool negative;
     // The piece in work.

@@ -48,12 +48,19 @@ static double room_of(const struct axis *a)
     return RING_ENTRIES + 8.0 - a->used;
 }
 
-bool loop_is_early(const struct loop *r, const struct axis *a)
+// The pixel begins at the edge before its number, counted from line zero; before that none has
+// come.
+static double begins_at(const struct walk *w)
+{
+    return (double)w->pixel - (w->shifted ? 2.0 : 1.0);
+}
+
+static bool is_early(const struct loop *r, double begins_px)
 {
     const struct guarantee_board *b = r->board;
     double lead = b->lead_edges;
 
-    if (b->lead_edges == 0 || a->walk.done > 0.0) {
+    if (b->lead_edges == 0) {
         return false;
     }
     // A line that waits goes on once more when it gets its place, an edge or more before line zero.
@@ -61,11 +68,12 @@ bool loop_is_early(const struct loop *r, const struct axis *a)
         double waiting = r->started ? 0.0 : (lead - 1.0) * WAITING_LEADS + 1.0;
         lead = fmax(lead + b->more_edges, waiting);
     }
-    // The pixel begins at the edge before its number, counted from line zero; before that none has
-    // come.
-    double begins = (double)a->walk.pixel - (a->walk.shifted ? 2.0 : 1.0);
+    return begins_px * b->divider - (r->edges - 1.0) > lead;
+}
 
-    return begins * b->divider - (r->edges - 1.0) > lead;
+bool loop_is_early(const struct loop *r, const struct axis *a)
+{
+    return a->walk.done <= 0.0 && is_early(r, begins_at(&a->walk));
 }
 
 // Take what is written next, a->next; false when the line is over.
@@ -149,6 +157,22 @@ static void note_time(struct loop *r, const struct axis *a)
     }
 }
 
+// Where the decoder cannot go on behind a wait, the wait is written, too.
+static void move_front(const struct loop *r, struct axis *a)
+{
+    const struct job *job = &a->next;
+    bool stops = a->marks >= MARKS || is_early(r, begins_at(&a->walk) + 1.0);
+
+    if (job->part.steps <= 0.0 && stops) {
+        a->walk.waited = 0.0;
+        a->end = job->part.end;
+        a->last_ticks = fmin(job->part.end - job->part.begin, PERIOD_TICKS + CHUNK_TICKS);
+    } else if (!job->waits) {
+        a->end = job->front;
+        a->last_ticks = job->last_ticks;
+    }
+}
+
 void loop_write_part(struct loop *r, struct axis *a)
 {
     const struct job *job = &a->next;
@@ -162,8 +186,7 @@ void loop_write_part(struct loop *r, struct axis *a)
     a->marks += job->part.mark ? 1u : 0u;
     a->trains += job->part.train ? 1u : 0u;
     a->others += job->part.other ? 1u : 0u;
-    a->end = job->part.end;
-    a->last_ticks = job->last_ticks;
     walk_pass(&a->walk, job);
+    move_front(r, a);
     a->known = false;
 }

@@ -31,7 +31,8 @@ _KEPT = 24  # patterns whose children are tried
 _NEW = 0.2  # of those that are tried
 _TOPS = (1, 2, 3, 6, 10, 15, 30, 60, 100, 130, 300, 800)
 _HELD_PX = 600
-_CLOSER = 1.02  # the guaranteed clock is found to 2 %
+_CLOSER = 1.01  # the guaranteed clock is found to 1 %
+_AHEAD = 1.4  # times the clock that is refused first, up to which others are tried
 
 
 @dataclass(frozen=True)
@@ -232,15 +233,17 @@ def _clocks(pattern: Pattern, step: float) -> Iterator[Pattern]:
 
 
 def _highest(pattern: Pattern) -> Pattern | None:
-    """Return it at the highest clock near its own that is accepted; None: at none it is."""
-    coarse = next((one for one in _clocks(pattern, 1 / 1.15) if one.accepted()), None)
-    if coarse is None:
-        return None
-    highest = coarse
-    for one in _clocks(coarse, _CLOSER):
-        if one.hz > highest.hz and not one.accepted():
+    """Return it at the highest clock near its own that is accepted; None: at none it is.
+
+    Above clocks that are refused there may be others that are accepted, by an error of the model.
+    """
+    highest = next((one for one in _clocks(pattern, 1 / 1.15) if one.accepted()), None)
+    refused_hz = 0
+    for one in _clocks(highest, _CLOSER) if highest else ():
+        if one.accepted():
+            highest = one
+        elif one.hz > _AHEAD * (refused_hz := refused_hz or one.hz):
             break
-        highest = one
     return highest
 
 

@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: MIT
 """What a board is guaranteed to follow: lines that run together, its clock, its bus.
 
-The board's main loop is replayed with the costs that were measured on its image, as they are,
-higher by what their table misses of the worst of its probes, and with some margins between and
-above: which part of a line comes first depends on every cost, so that no single margin is the worst
-one. Every part must be there some time before it is needed, since the replay does not know at which
-moment of a round an edge or a byte comes. A line that passes runs without a fault whatever a host
-asks meanwhile. What a replay cannot know it does not promise: a clock that is worse than declared,
-a host that sends line data too late.
+The board's main loop is replayed with the costs that were measured on its image and with higher
+ones, at the clock asked and at slower ones: which part of a line comes first depends on every cost
+and on the clock, so that no single margin is the worst one, and a line may pass by chance where one
+that is a little slower does not. Every part must be there some time before it is needed, since the
+replay does not know at which moment of a round an edge or a byte comes. A line that passes runs
+without a fault whatever a host asks meanwhile. What a replay cannot know it does not promise: a
+clock that is worse than declared, a host that sends line data too late.
 """
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import pairwise
+from itertools import pairwise, product
 
 from pixstep.board import boards, costs, settings
 from pixstep.board.device import Device
@@ -32,11 +32,12 @@ LONE = 1.05  # of that of a single axis: beside some thousand edges a second one
 INSIDE = 1.15  # where edges of the clock come inside of a pixel, in the middle of a pulse train
 BURST = 1.3  # and where the train begins behind slower steps: the interrupt has more to do there
 MOST_EDGES_HZ = 5000  # with more than this nobody has tried what a board follows
-# Chosen by the campaign's sets, and by lines at the guaranteed rates beside a saturated bus: with
-# less, some that were accepted failed. On a fast clock small costs add up that are not reckoned.
-_MARGINS = (1.0, 1.05, 1.08, 1.12, 1.14)
-_FAST_HZ, _FAST_MARGINS = 1000, (1.16, 1.18)  # hertz of the clock's edges
-_FASTER_HZ, _FASTER_MARGINS = 3000, (1.16, 1.18, 1.25)  # or a bus at more than its usual rate
+# Times what is measured: a part of the most, and the most. Chosen by the campaign's sets, by lines
+# at the guaranteed rates beside a saturated bus, and by what a search found: with less, some that
+# were accepted failed. On a fast clock or bus small costs add up that are not reckoned.
+_PART, _MOST, _MOST_FAST, _MOST_FASTER = 1.08, 1.14, 1.18, 1.25
+_FAST_HZ, _FASTER_HZ = 1000, 2000  # of the clock's edges
+_CLOCKS = (Fraction(1), Fraction(97, 100), Fraction(93, 100))  # shares of the one asked
 _SPARE_TICKS = 2500  # by which each part must be early, beside all that is reckoned
 ADVICE = "beyond=True lets the board try"
 MOTIONS = ("constant", "smooth", "ramp")
@@ -138,30 +139,31 @@ def loop_of(world: LineConditions, margin: float = 1.0) -> Loop:
 
 def _margins(world: LineConditions) -> tuple[float, ...]:
     clock_hz = world.pixel_hz * world.divider
-    more: tuple[float, ...] = _FAST_MARGINS if clock_hz >= _FAST_HZ else ()
-    if clock_hz >= _FASTER_HZ or world.baud > BAUD:
-        more = _FASTER_MARGINS
-    return (*_MARGINS, 1.0 + costs.of(world.board).low, *more)
+    if clock_hz >= _FASTER_HZ:
+        return 1.0, _PART, _MOST_FASTER
+    fast = clock_hz >= _FAST_HZ or world.baud > BAUD
+    return 1.0, _PART, _MOST_FAST if fast else _MOST
 
 
 def verdicts(lines: Sequence[Line], world: LineConditions) -> Iterator[ReplayVerdict]:
-    """Yield how the lines fare with each margin.
+    """Yield how the lines fare with each margin, at the clock asked and at slower ones.
 
     Of a line that does not fit its queue more comes while the board moves.
     """
-    streamed = [line for line in lines if _size(line) > _room(world)]
+    streamed = [line for line in lines if _is_longer(line, _room(world))]
     turning = any(line.turns for line in streamed)
     found = costs.of_replay(world.board, streamed=bool(streamed), turning=turning)
     if streamed:
         found["request_byte"] += _DATA_SHARE * _DATA_BYTE_CYCLES
     replay = Replay(lines)
-    for margin in _margins(world):
-        loop = loop_of(world, margin)
-        yield replay.judge(found, replace(loop, most_calls=_CALLS_STREAMED if streamed else 0))
+    most_calls = _CALLS_STREAMED if streamed else 0
+    for share, margin in product(_CLOCKS, _margins(world)):
+        loop = loop_of(replace(world, pixel_hz=share * world.pixel_hz), margin)
+        yield replay.judge(found, replace(loop, most_calls=most_calls))
 
 
 def first_late(lines: Sequence[Line], world: LineConditions) -> ReplayVerdict | None:
-    """Return the verdict of the first margin with which a line is late; None: all are followed."""
+    """Return the first verdict by which a line is late; None: all are followed."""
     for found in (_too_fast_clock(world), _too_close(lines, world), _starved(lines, world)):
         if found:
             return found
@@ -203,7 +205,7 @@ def _starved(lines: Sequence[Line], world: LineConditions) -> ReplayVerdict | No
     Those that do not fit their queues share them.
     """
     room = _room(world)
-    longer = [axis for axis, line in enumerate(lines) if _size(line) > room]
+    longer = [axis for axis, line in enumerate(lines) if _is_longer(line, room)]
     loop = loop_of(world)
     a_pixel = _DATA_SHARE * loop.asked_per_tick * loop.pixel_ticks / max(1, len(longer))
     for axis in longer:
@@ -231,8 +233,10 @@ def _room(world: LineConditions) -> int:
     return boards.load(world.board).queue_entries * runs.MOST_BYTES
 
 
-def _size(line: Line) -> int:
-    return runs.packed_size(runs.queue_entries(line))
+def _is_longer(line: Line, room: int) -> bool:
+    """Whether a line takes more bytes than that; of most its first pixels show it."""
+    parts = (_cut(line, room), line)
+    return any(runs.packed_size(runs.queue_entries(part)) > room for part in parts)
 
 
 def follows(lines: Sequence[Line], world: LineConditions) -> bool:
