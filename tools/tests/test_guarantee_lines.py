@@ -267,6 +267,9 @@ LATE = {  # all but the last ended in a fault in the simulator, some on other ax
     "trains behind a rest": (
         [Line((1, 300, 300, 0) * 14, PLAIN)], clocked("m1284", 792, 1, sync=2),
     ),
+    "steps behind slow ones, of which no train is made": (
+        [Line((1, 1, 260) * 18, PLAIN)] * 3, clocked("mega", 240, 1, sync=2),
+    ),
     "two pixels": ([Line((1, 1543), PLAIN)], clocked("uno", 5000, 32)),
     "more edges than were tried": ([Line((5,) * 50, PLAIN)], clocked("m1284", 6000, 50)),
 }  # fmt: skip

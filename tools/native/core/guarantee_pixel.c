@@ -10,10 +10,13 @@
 #define CURVED_STEPS     64u
 #define SLOW_ENTRIES     48.0
 #define TRAIN_ENTRY      127.0
-#define CRAWL            8.0    // times as fast at its other end
-#define CRAWL_STEPS      8.0    // one of fewer is dear for that alone
-#define PIECE_UNITS      60.0   // to begin one, of a board of several axes
-#define PIXEL_SLACK      0.0002 // a clock may be off by so much
+#define CRAWL            8.0  // times as fast at its other end
+#define CRAWL_STEPS      8.0  // one of fewer is dear for that alone
+#define PIECE_UNITS      60.0 // to begin one, of a board of several axes
+#define TRAIN_STEPS      16.0 // more are handed over as a train, where one can make them
+#define PIXEL_SLACK      0.0002 // a pixel may be off by so much,
+#define LOCKED_SLACK                                                                     \
+    0.0022 // and longer where it follows a clock: that is as fast as declared
 
 void walk_begin(struct walk *walk, const struct guarantee_axis *line)
 {
@@ -34,30 +37,41 @@ static double ahead(const struct walk *w, const struct guarantee_board *board)
 }
 
 // A train's two intervals must have one high byte: whole periods of 256 k ticks do not.
-static bool no_train(double ticks, double steps)
+static bool no_train(const struct guarantee_board *board, double ticks, double steps)
 {
     double least = ticks / steps * (1.0 - PIXEL_SLACK);
-    double most = ticks / steps * (1.0 + PIXEL_SLACK);
+    double most =
+        ticks / steps * (1.0 + (board->lead_edges != 0 ? LOCKED_SLACK : PIXEL_SLACK));
 
     return floor(least / 256.0) < floor(most / 256.0) ||
            least - 256.0 * floor(least / 256.0) < 1.0;
 }
 
-static enum kind kind_of_even(const struct walk *w, double ticks, double steps)
+static enum kind common_kind(const struct guarantee_board *board,
+                             double ticks,
+                             double steps)
+{
+    return steps > TRAIN_STEPS && no_train(board, ticks, steps) ? SINGLES : PIECE;
+}
+
+static enum kind kind_of_even(const struct walk *w,
+                              const struct guarantee_board *board,
+                              double ticks,
+                              double steps)
 {
     bool even = steps <= EVEN_STEPS && ticks / steps >= EVEN_LEAST_TICKS &&
                 ticks <= EVEN_MOST_TICKS && ticks / steps <= PERIOD_TICKS;
 
     if (w->turned || w->shifted || w->quiet) {
-        return PIECE;
+        return common_kind(board, ticks, steps);
     }
     if (even) {
         return EVEN;
     }
     if (steps > EVEN_STEPS) {
-        return no_train(ticks, steps) ? SINGLES : TRAIN;
+        return no_train(board, ticks, steps) ? SINGLES : TRAIN;
     }
-    return PIECE;
+    return common_kind(board, ticks, steps);
 }
 
 static enum kind kind_of_curve(const struct walk *w,
@@ -99,6 +113,7 @@ static void set_piece(struct walk *w, enum kind kind, double ticks, double steps
     w->changed = false;
     w->begins = false;
     w->goes_on = false;
+    w->common = false;
 }
 
 // The backlash, at line speed, up to the pixel's edge.
@@ -108,7 +123,11 @@ static void take_up(struct walk *w, const struct guarantee_board *board)
 
     w->shifted = false;
     w->going = 0.0;
-    set_piece(w, PIECE, ticks, w->line->backlash_steps);
+    set_piece(w,
+              common_kind(board, ticks, w->line->backlash_steps),
+              ticks,
+              w->line->backlash_steps);
+    w->common = true;
 }
 
 static void take_curve(struct walk *w, const struct guarantee_board *board, double steps)
@@ -124,12 +143,18 @@ static void take_curve(struct walk *w, const struct guarantee_board *board, doub
     w->speed = end;
 }
 
-static void take_even(struct walk *w, double ticks, int32_t count, double steps)
+static void take_even(struct walk *w,
+                      const struct guarantee_board *board,
+                      int32_t count,
+                      double steps)
 {
+    double ticks = board->pixel_ticks;
     bool changed = count != w->count;
     bool begins = w->kind != EVEN;
+    bool common = w->turned || w->shifted || w->quiet || steps <= EVEN_STEPS;
 
-    set_piece(w, kind_of_even(w, ticks, steps), ticks, steps);
+    set_piece(w, kind_of_even(w, board, ticks, steps), ticks, steps);
+    w->common = common;
     w->changed = changed && !begins;
     w->begins = begins;
     w->speed = steps;
@@ -160,7 +185,7 @@ static void take_pixel(struct walk *w, const struct guarantee_board *board)
     } else if (w->line->smooth && fabs(steps - w->speed) > 0.5) {
         take_curve(w, board, steps);
     } else {
-        take_even(w, ticks, run->count, steps);
+        take_even(w, board, run->count, steps);
     }
     w->going = w->kind == CURVED ? w->half : 0.0;
     w->count = run->count;
@@ -232,17 +257,36 @@ static void cost_train(const struct walk *w,
     job->part.account = c->account_train_px;
 }
 
+// To begin a piece that goes the common way.
+static double piece_begun(const struct walk *w, const struct guarantee_costs *c)
+{
+    return c->piece_px + (w->shifted ? c->shifted_px : 0.0) +
+           (w->turned ? c->turned_px : 0.0) + (w->steps > 1.5 ? c->piece_more : 0.0);
+}
+
 static void cost_singles(const struct walk *w,
                          const struct guarantee_costs *c,
+                         const struct guarantee_board *board,
                          struct job *job)
 {
     double steps = job->part.steps;
-    bool first = w->done <= 0.0;
 
     job->part.entries = steps;
-    job->cycles = (first ? c->single_px : 0.0) + c->single_step * steps;
-    job->units = (first ? 20.0 : 0.0) + steps / 4.0;
-    job->part.account = (first ? c->account_px : 0.0) + entry_cost(w, c) * steps;
+    job->cycles = c->single_step * steps;
+    job->units = steps / 4.0;
+    job->part.account = entry_cost(w, c) * steps;
+    if (w->done > 0.0) {
+        return;
+    }
+    if (w->common) {
+        job->cycles += piece_begun(w, c);
+        job->units += board->axes > 1 ? PIECE_UNITS : 0.0;
+        job->part.account += c->account_piece_px;
+    } else {
+        job->cycles += c->single_px;
+        job->units += 20.0;
+        job->part.account += c->account_px;
+    }
 }
 
 static double cycles_of(const struct steps_found *n,
@@ -342,14 +386,12 @@ static void cost_piece(const struct walk *w,
                        struct job *job)
 {
     double waits = pumps(w->ticks / fmax(w->steps, 1.0)) * fmax(w->steps, 1.0);
-    bool train = w->steps > 16.0;
+    bool train = w->steps > TRAIN_STEPS;
 
     job->part.entries =
         train ? 8.0 + ceil(w->steps / TRAIN_ENTRY) : slow_entries(w->steps, waits);
     job->part.train = train;
-    job->cycles = c->piece_px + (w->shifted ? c->shifted_px : 0.0) +
-                  (w->turned ? c->turned_px : 0.0) + c->pump * waits;
-    job->cycles += w->steps > 1.5 ? c->piece_more : 0.0;
+    job->cycles = piece_begun(w, c) + c->pump * waits;
     job->cycles += (train ? c->train_step : c->piece_step) * w->steps;
     job->units = board->axes > 1 ? PIECE_UNITS : 0.0;
     job->units += 2.0 + (train ? 20.0 : w->steps) + 6.0 * waits;
@@ -385,7 +427,7 @@ static void cost_part(const struct walk *w,
         cost_train(w, c, job);
         break;
     case SINGLES:
-        cost_singles(w, c, job);
+        cost_singles(w, c, board, job);
         break;
     case CURVED:
         cost_curved(w, c, job);
@@ -463,7 +505,8 @@ void walk_job(const struct walk *walk,
     job->part.end = job->last ? walk->from + walk->ticks : when(walk, walk->done + steps);
     job->part.mark = job->last;
     job->part.whole = walk->kind == EVEN || walk->kind == CURVED;
-    job->part.other = walk->kind == PIECE || walk->kind == ZERO || walk->kind == TRAIN;
+    job->part.other = walk->kind == PIECE || walk->kind == ZERO || walk->kind == TRAIN ||
+                      (walk->kind == SINGLES && walk->common);
     cost_part(walk, costs, board, job);
     if (board->lead_edges != 0 && walk->done <= 0.0) {
         job->cycles += costs->locked_px;

@@ -64,6 +64,7 @@ struct walk {
     bool begun;
     double from, ticks, steps, done, half, start_speed;
     bool changed, begins, goes_on;
+    bool common; // steps of the common way, of which no train can be made
 };
 
 void walk_begin(struct walk *walk, const struct guarantee_axis *line);

@@ -32,7 +32,8 @@ LONE = 1.05  # of that of a single axis: beside some thousand edges a second one
 INSIDE = 1.15  # where edges of the clock come inside of a pixel, in the middle of a pulse train
 BURST = 1.3  # and where the train begins behind slower steps: the interrupt has more to do there
 MOST_EDGES_HZ = 5000  # with more than this nobody has tried what a board follows
-# Times what is measured: a part of the most, and the most. Chosen by the campaign's sets, by lines
+# Times what is measured: a part of the most, and the most, unless the table of costs misses more of
+# its worst probe. Chosen by the campaign's sets, by lines
 # at the guaranteed rates beside a saturated bus, and by what a search found: with less, some that
 # were accepted failed. On a fast clock or bus small costs add up that are not reckoned.
 _PART, _MOST, _MOST_FAST, _MOST_FASTER = 1.08, 1.14, 1.18, 1.25
@@ -139,10 +140,10 @@ def loop_of(world: LineConditions, margin: float = 1.0) -> Loop:
 
 def _margins(world: LineConditions) -> tuple[float, ...]:
     clock_hz = world.pixel_hz * world.divider
+    most = _MOST_FAST if clock_hz >= _FAST_HZ or world.baud > BAUD else _MOST
     if clock_hz >= _FASTER_HZ:
-        return 1.0, _PART, _MOST_FASTER
-    fast = clock_hz >= _FAST_HZ or world.baud > BAUD
-    return 1.0, _PART, _MOST_FAST if fast else _MOST
+        most = _MOST_FASTER
+    return 1.0, _PART, max(most, 1.0 + costs.of(world.board).low)
 
 
 def verdicts(lines: Sequence[Line], world: LineConditions) -> Iterator[ReplayVerdict]:
