@@ -13,6 +13,7 @@
 #define PERIOD_TICKS 64768.0 // longest period of the timer; longer intervals are cut
 #define CHUNK_TICKS  32768.0 // into these and a rest
 #define BATCH        60.0    // most steps of one
+#define TRAIN_STEPS  16.0    // more go the common way as a train, where one can make them
 
 enum kind { EVEN, TRAIN, SINGLES, CURVED, PIECE, CURVE, ZERO };
 
