@@ -5,10 +5,11 @@
 
 #define STEEP_BATCH  30.0 // of a board of several axes
 #define SLOW_ENTRIES 48.0
-#define TRAIN_ENTRY  127.0
-#define CRAWL        8.0  // times as fast at its other end
-#define CRAWL_STEPS  8.0  // one of fewer is dear for that alone
-#define PIECE_UNITS  60.0 // to begin one, of a board of several axes
+#define MANY_STEPS  64.0 // of a pixel: looks at its account find nothing until it is over
+#define TRAIN_ENTRY 127.0
+#define CRAWL       8.0  // times as fast at its other end
+#define CRAWL_STEPS 8.0  // one of fewer is dear for that alone
+#define PIECE_UNITS 60.0 // to begin one, of a board of several axes
 
 static double when(const struct walk *w, double k)
 {
@@ -305,7 +306,8 @@ void walk_job(const struct walk *walk,
     job->part.mark = job->last;
     job->part.whole = walk->kind == EVEN || walk->kind == CURVED;
     job->part.other = walk->kind == PIECE || walk->kind == ZERO || walk->kind == TRAIN ||
-                      (walk->kind == SINGLES && walk->common);
+                      (walk->kind == SINGLES && walk->common) ||
+                      (job->part.whole && steps > MANY_STEPS);
     cost_part(walk, costs, board, job);
     if (board->lead_edges != 0 && walk->done <= 0.0) {
         job->cycles += costs->locked_px;

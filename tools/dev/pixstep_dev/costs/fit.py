@@ -32,7 +32,8 @@ OF_CURVES = (
 )  # fmt: skip
 _LEAD_TICKS, _MARKS = 0x20000, 13  # of lines that are locked
 _OFTEN = 5  # in a probe
-_UNLIKE = ("turns", "rests", "mixed")  # probes whose pixels are not alike
+# Probes whose pixels are not alike, and of those that several axes make at once.
+_UNLIKE = ("turns", "rests", "mixed", "crowds")
 _BETWEEN = "between"  # those of no more than a step between two edges of the clock
 _FEW, _STEEP = "few", "steep"  # those that bend: of few steps a pixel, and from a crawl to fast
 _NOTHING = dict.fromkeys(OF_REPLAY, 0.0)
@@ -104,7 +105,12 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
     _raise(accounts, "account_curve_px", spent, ("bends",), account, lambda row: row.account)
     _raise(accounts, "account_piece_px", spent, ("turns",), account, lambda row: row.account)
     _raise(
-        accounts, "account_train_px", spent, ("train", "mixed"), account, lambda row: row.account
+        accounts,
+        "account_train_px",
+        spent,
+        ("train", "mixed", "crowds"),
+        account,
+        lambda row: row.account,
     )
     found = decoding | accounts | _rounds(spent)
     found["round_unlike"] = _round_unlike(board, spent, found)

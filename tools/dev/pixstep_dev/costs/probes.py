@@ -181,7 +181,7 @@ def of_board(board: str) -> list[CostProbe]:
         )
     ]
     found += [
-        CostProbe(f"{name} {hz} {axes}", hz, Line(counts * (own // 6), PLAIN), axes)
+        CostProbe(f"{name} {counts} {hz} {axes}", hz, Line(counts * (own // 6), PLAIN), axes)
         for axes in sorted({1, all_axes})
         for name, hz, counts in (
             ("turns bursts", 500, (10, 10, 1, -1, -10, -10, -1, 1)),
@@ -194,6 +194,12 @@ def of_board(board: str) -> list[CostProbe]:
             ("mixed", 60, (150, 121, 60, 130)),
             ("mixed", 60, (150, 60)),
             ("mixed", 120, (120, 121, 119, 122)),
+            ("mixed", 100, (86, 177, 259, 172, 86, 0)),
+            ("mixed", 100, (86, 177)),
+            ("crowds", 100, (86,)),
+            ("crowds", 100, (110,)),
+            ("crowds", 150, (177,)),
+            ("crowds", 100, (400,)),
         )
     ]
     found += [
