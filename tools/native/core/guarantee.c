@@ -19,7 +19,7 @@ void guarantee_demand(const struct guarantee_costs *costs,
     *account = 0.0;
     while (walk_piece(&walk, board)) {
         walk_job(&walk, costs, board, BATCH, &job);
-        *decode += job.cycles;
+        *decode += job.begin_cycles + job.cycles;
         *account += job.part.account;
         walk_pass(&walk, &job);
     }

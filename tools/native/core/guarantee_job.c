@@ -11,6 +11,11 @@
 #define CRAWL_STEPS 8.0  // one of fewer is dear for that alone
 #define PIECE_UNITS 60.0 // to begin one, of a board of several axes
 
+double walk_chunks(double ticks)
+{
+    return ticks > PERIOD_TICKS ? ceil((ticks - PERIOD_TICKS) / CHUNK_TICKS) : 0.0;
+}
+
 static double when(const struct walk *w, double k)
 {
     if (fabs(w->half) < 0.5) {
@@ -27,11 +32,6 @@ static double entry_cost(const struct walk *w, const struct guarantee_costs *c)
     bool whole = (w->kind == EVEN || w->kind == CURVED) && w->ticks <= UINT16_MAX;
 
     return whole ? c->account_entry : c->account_long_entry;
-}
-
-static double pumps(double ticks)
-{
-    return ticks > PERIOD_TICKS ? ceil(ticks / PERIOD_TICKS) : 0.0;
 }
 
 static void cost_even(const struct walk *w,
@@ -57,11 +57,18 @@ static void cost_train(const struct walk *w,
     job->part.account = c->account_train_px;
 }
 
+// A board of several axes may spend a call on the beginning of a piece, and write it in another.
+static void begin(const struct guarantee_board *board, double cycles, struct job *job)
+{
+    job->begin_cycles = cycles;
+    job->begin_units = board->axes > 1 ? PIECE_UNITS : 0.0;
+}
+
 // To begin a piece that goes the common way.
 static double piece_begun(const struct walk *w, const struct guarantee_costs *c)
 {
     return c->piece_px + (w->shifted ? c->shifted_px : 0.0) +
-           (w->turned ? c->turned_px : 0.0) + (w->steps > 1.5 ? c->piece_more : 0.0);
+           (w->turned ? c->turned_px : 0.0);
 }
 
 static void cost_singles(const struct walk *w,
@@ -79,8 +86,8 @@ static void cost_singles(const struct walk *w,
         return;
     }
     if (w->common) {
-        job->cycles += piece_begun(w, c);
-        job->units += board->axes > 1 ? PIECE_UNITS : 0.0;
+        begin(board, piece_begun(w, c), job);
+        job->cycles += c->piece_more;
         job->part.account += c->account_piece_px;
     } else {
         job->cycles += c->single_px;
@@ -135,13 +142,15 @@ static void cost_curved(const struct walk *w,
 }
 
 // What these steps use up of a call's budget.
-static double curve_units(
-    const struct steps_found *n, bool first, bool last, bool steep, bool several)
+static double curve_units(const struct steps_found *n,
+                          bool last,
+                          bool steep,
+                          bool several)
 {
     double units = n->flat + n->wide;
 
     if (several) {
-        units += (first ? 60.0 : 0.0) + 4.0 * n->steep + 36.0 * n->slow;
+        units += 4.0 * n->steep + 36.0 * n->slow;
     } else {
         units += 2.0 * n->steep + 24.0 * n->slow;
     }
@@ -167,9 +176,10 @@ static void cost_curve(const struct walk *w,
     job->part.entries = steps;
     job->cycles = cycles_of(&n, c, false);
     if (first) {
-        job->cycles += c->curve_px + crawl(w, c) + (w->shifted ? c->shifted_px : 0.0);
+        begin(board, c->curve_px + (w->shifted ? c->shifted_px : 0.0), job);
+        job->cycles += crawl(w, c);
     }
-    job->units = curve_units(&n, first, job->last, steep, board->axes > 1);
+    job->units = curve_units(&n, job->last, steep, board->axes > 1);
     job->part.account = (first ? c->account_curve_px : 0.0) + entry_cost(w, c) * steps;
 }
 
@@ -185,16 +195,18 @@ static void cost_piece(const struct walk *w,
                        const struct guarantee_board *board,
                        struct job *job)
 {
-    double waits = pumps(w->ticks / fmax(w->steps, 1.0)) * fmax(w->steps, 1.0);
+    double interval = w->ticks / fmax(w->steps, 1.0);
+    double waits = walk_chunks(w->waited + interval) +
+                   walk_chunks(interval) * fmax(w->steps - 1.0, 0.0);
     bool train = w->steps > TRAIN_STEPS;
 
     job->part.entries =
         train ? 8.0 + ceil(w->steps / TRAIN_ENTRY) : slow_entries(w->steps, waits);
     job->part.train = train;
-    job->cycles = piece_begun(w, c) + c->pump * waits;
+    begin(board, piece_begun(w, c), job);
+    job->cycles = c->pump * waits + (w->steps > 1.5 ? c->piece_more : 0.0);
     job->cycles += (train ? c->train_step : c->piece_step) * w->steps;
-    job->units = board->axes > 1 ? PIECE_UNITS : 0.0;
-    job->units += 2.0 + (train ? 20.0 : w->steps) + 6.0 * waits;
+    job->units = 2.0 + (train ? 20.0 : w->steps) + 6.0 * waits;
     job->part.account = c->account_piece_px + entry_cost(w, c) * job->part.entries;
     if (train) {
         job->part.account += c->account_train_px;
@@ -206,12 +218,13 @@ static void cost_zero(const struct walk *w,
                       const struct guarantee_board *board,
                       struct job *job)
 {
-    double waits = 1.0 + pumps(w->ticks);
+    double waits = walk_chunks(w->waited + w->ticks);
 
-    job->part.entries = slow_entries(0.0, waits);
-    job->cycles = c->zero_px + c->pump * waits;
-    job->units = (board->axes > 1 ? PIECE_UNITS : 0.0) + 2.0 + 6.0 * waits;
-    job->part.account = c->account_piece_px + entry_cost(w, c) * waits;
+    begin(board, c->zero_px, job);
+    job->part.entries = slow_entries(0.0, 1.0 + waits);
+    job->cycles = c->pump * waits;
+    job->units = 2.0 + 6.0 * waits;
+    job->part.account = c->account_piece_px + entry_cost(w, c) * (1.0 + waits);
 }
 
 static void cost_part(const struct walk *w,
@@ -265,13 +278,6 @@ static double batch(const struct walk *w,
     return fmin(left, steep ? fmin(most, STEEP_BATCH) : most);
 }
 
-// Long intervals are cut into chunks, but for the last period.
-static double in_chunks(double ticks)
-{
-    return ticks > PERIOD_TICKS ? CHUNK_TICKS * ceil((ticks - PERIOD_TICKS) / CHUNK_TICKS)
-                                : 0.0;
-}
-
 // Of a wait without a step only chunks are written; what is left goes into the step that follows.
 static void find_front(const struct walk *w, struct job *job)
 {
@@ -281,11 +287,11 @@ static void find_front(const struct walk *w, struct job *job)
     job->front = job->part.end;
     if (job->part.steps > 0.0) {
         double interval = waited + job->part.end - when(w, done - 1.0);
-        job->last_ticks = interval - in_chunks(interval);
+        job->last_ticks = interval - walk_chunks(interval) * CHUNK_TICKS;
         return;
     }
-    double chunks = in_chunks(waited + w->ticks);
-    job->front += chunks - waited - w->ticks;
+    double chunks = walk_chunks(waited + w->ticks);
+    job->front += chunks * CHUNK_TICKS - waited - w->ticks;
     job->last_ticks = CHUNK_TICKS;
     job->waits = chunks <= 0.0;
 }

@@ -17,12 +17,15 @@
 
 // ---- a round ----
 
-// A piece that is begun when the call is spent is written by the next one.
-static bool ends_in_call(const struct axis *a, double units)
+// Begin the piece that is next, if it is not. Returns the units used.
+static double open(struct loop *r, struct axis *a)
 {
-    bool piece = a->walk.kind == PIECE || a->walk.kind == ZERO;
-
-    return !piece || units <= 0.0 || units + a->next.units <= CALL_UNITS;
+    if (a->opened || a->next.begin_units <= 0.0) {
+        return 0.0;
+    }
+    loop_spend(r, a->next.begin_cycles);
+    a->opened = true;
+    return a->next.begin_units;
 }
 
 // One call of the decoder: up to a number of units. Returns the units used; 0: nothing to do.
@@ -32,7 +35,11 @@ static double decode(struct loop *r, struct axis *a)
 
     loop_spend(r, r->cost->call);
     while (units < CALL_UNITS && r->verdict->follows &&
-           loop_may_write_more(r, a, units > 0.0) && ends_in_call(a, units)) {
+           loop_may_begin(r, a, units > 0.0)) {
+        units += open(r, a);
+        if (units >= CALL_UNITS || loop_awaits_train(a)) {
+            break;
+        }
         units += a->next.units;
         loop_write_part(r, a);
     }
@@ -51,12 +58,12 @@ static struct axis *first_to_end(struct loop *r, uint32_t out)
         if ((out & 1u << i) != 0 || (found != NULL && found->end <= a->end)) {
             continue;
         }
-        if (!loop_may_write(r, a)) {
+        if (!loop_may_decode(r, a)) {
             if (!loop_account_helps(r, a)) {
                 continue;
             }
             loop_advance(r, a);
-            if (!loop_may_write(r, a)) {
+            if (!loop_may_decode(r, a)) {
                 continue;
             }
         }
@@ -114,12 +121,14 @@ static bool decode_in_turn(struct loop *r)
     return any;
 }
 
-// True when an account is advanced out of turn: much is made, or the marks are full.
+// True when an account is advanced out of turn: much is made, the marks are full, or a train that
+// the decoder waits for is over.
 static bool is_urgent(const struct loop *r, const struct axis *a)
 {
     double made = loop_made_entries(r, a);
+    bool awaited = a->known && loop_awaits_train(a);
 
-    return made >= URGENT_ENTRIES || (made > 0.0 && a->marks >= MARKS);
+    return made >= URGENT_ENTRIES || (made > 0.0 && (a->marks >= MARKS || awaited));
 }
 
 static void look_after(struct loop *r)

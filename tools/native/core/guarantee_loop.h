@@ -17,8 +17,9 @@ struct axis {
     double used;
     uint32_t marks, trains, others;
     double end, last_ticks; // of what is written, and of its last period
-    bool known;             // the job that is to be written next,
-    double most;            // in a batch of so many steps at most
+    bool opened; // the piece to write is begun, though nothing of it is written
+    bool known;  // the job that is to be written next,
+    double most; // in a batch of so many steps at most
     struct job next;
 };
 

@@ -42,7 +42,8 @@ struct part {
 
 struct job {
     struct part part;
-    double cycles, units;     // to write it, and of the budget of a call
+    double begin_cycles, begin_units; // to begin its piece, before any of that is written
+    double cycles, units;             // to write it, and of the budget of a call
     double front, last_ticks; // of what is written then: its end, and its last period
     bool last;                // of its piece
     bool waits; // nothing is written: the time goes into the step that follows
@@ -82,6 +83,9 @@ void walk_job(const struct walk *walk,
 
 // It is written.
 void walk_pass(struct walk *walk, const struct job *job);
+
+// Periods of which all but the last of a long interval are made.
+double walk_chunks(double ticks);
 
 // Steps k0 to k1 of a curve.
 void guarantee_curve(const struct curve_shape *curve,

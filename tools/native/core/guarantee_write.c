@@ -93,21 +93,33 @@ static bool take_next(const struct loop *r, struct axis *a)
     return true;
 }
 
-// True when a->next has to wait for something else than room.
+// True when a->next has to wait for something else than room or a train.
 static bool must_wait(const struct loop *r, const struct axis *a)
 {
-    return a->marks >= MARKS || (a->next.part.train && a->trains >= TRAINS) ||
-           loop_is_early(r, a) || (uint8_t)(a->head + 1u) == a->tail;
+    return a->marks >= MARKS || loop_is_early(r, a) || (uint8_t)(a->head + 1u) == a->tail;
 }
 
-bool loop_may_write_more(const struct loop *r, struct axis *a, bool goes_on)
+bool loop_may_begin(const struct loop *r, struct axis *a, bool goes_on)
 {
     return take_next(r, a) && !must_wait(r, a) && room_of(a) >= least_room(r, a, goes_on);
 }
 
+bool loop_awaits_train(const struct axis *a)
+{
+    return a->next.part.train && a->trains >= TRAINS;
+}
+
 bool loop_may_write(const struct loop *r, struct axis *a)
 {
-    return loop_may_write_more(r, a, false);
+    return loop_may_begin(r, a, false) && !loop_awaits_train(a);
+}
+
+bool loop_may_decode(const struct loop *r, struct axis *a)
+{
+    if (!loop_may_begin(r, a, false)) {
+        return false;
+    }
+    return !loop_awaits_train(a) || (!a->opened && a->next.begin_units > 0.0);
 }
 
 // After the longest request a single axis has a round before it decodes, and an edge may come in
@@ -178,7 +190,7 @@ void loop_write_part(struct loop *r, struct axis *a)
     const struct job *job = &a->next;
 
     if (r->started) {
-        loop_spend(r, job->cycles);
+        loop_spend(r, job->cycles + (a->opened ? 0.0 : job->begin_cycles));
         note_time(r, a);
     }
     a->parts[a->head++] = job->part;
@@ -189,4 +201,5 @@ void loop_write_part(struct loop *r, struct axis *a)
     walk_pass(&a->walk, job);
     move_front(r, a);
     a->known = false;
+    a->opened = false;
 }
