@@ -223,7 +223,7 @@ static void cost_zero(const struct walk *w,
     begin(board, c->zero_px, job);
     job->part.entries = slow_entries(0.0, 1.0 + waits);
     job->cycles = c->pump * waits;
-    job->units = 2.0 + 6.0 * waits;
+    job->units = 1.0 + 6.0 * fmax(waits - 1.0, 0.0); // the first comes with the piece
     job->part.account = c->account_piece_px + entry_cost(w, c) * (1.0 + waits);
 }
 
