@@ -270,6 +270,9 @@ LATE = {  # all but the last ended in a fault in the simulator, some on other ax
     "steps behind slow ones, of which no train is made": (
         [Line((1, 1, 260) * 18, PLAIN)] * 3, clocked("mega", 240, 1, sync=2),
     ),
+    "trains, pixels and rests that one axis writes while the others wait": (
+        [Line((86, 177, 259, 172, 86, 0) * 9, PLAIN)] * 4, clocked("mega", 162, 1),
+    ),
     "two pixels": ([Line((1, 1543), PLAIN)], clocked("uno", 5000, 32)),
     "more edges than were tried": ([Line((5,) * 50, PLAIN)], clocked("m1284", 6000, 50)),
 }  # fmt: skip
