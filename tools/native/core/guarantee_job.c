@@ -8,7 +8,7 @@
 #define MANY_STEPS  64.0 // of a pixel: looks at its account find nothing until it is over
 #define TRAIN_ENTRY 127.0
 #define CRAWL       8.0  // times as fast at its other end
-#define CRAWL_STEPS 8.0  // one of fewer is dear for that alone
+#define CRAWL_STEPS 20.0 // of so many, and of fewer less
 #define PIECE_UNITS 60.0 // to begin one, of a board of several axes
 
 double walk_chunks(double ticks)
@@ -121,7 +121,9 @@ static double crawl(const struct walk *w, const struct guarantee_costs *c)
     double slow = fmin(w->start_speed, w->speed);
     double fast = fmax(w->start_speed, w->speed);
 
-    return w->steps > CRAWL_STEPS && slow * CRAWL <= fast ? c->crawl_px : 0.0;
+    double share = fmin(w->steps, CRAWL_STEPS) / CRAWL_STEPS;
+
+    return slow * CRAWL <= fast ? share * c->crawl_px : 0.0;
 }
 
 // A pixel that is written as a whole: its last step is what is left of it.
