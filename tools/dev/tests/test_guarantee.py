@@ -49,3 +49,9 @@ def test_a_dip_is_found_beside_every_faster_clock():
     steps = dict(zip(lines, (100, 55, 79, 60), strict=True))
     (dip,) = sweeps.dips(lines, steps)
     assert str(dip) == "uno 1 start smooth 40 Hz 115200 baud: 55 steps/px, but 79 at 80 Hz"
+
+
+@pytest.mark.parametrize(("faster_steps", "of_ramps"), [(300, True), (600, False)])
+def test_a_dip_is_of_ramps_where_the_faster_clocks_line_is_followed(faster_steps, of_ramps):
+    line = rates.RatedLine("mega", 4, "lock", "ramp", 49)
+    assert sweeps.Dip(line, 30, 66, faster_steps).of_ramps == of_ramps

@@ -44,6 +44,12 @@ class RatedLine:
             self.board, self.axes, self.motion, Fraction(self.hz), clock, self.baud
         )
 
+    @property
+    def world(self) -> guarantee.LineConditions:
+        """What it is judged by."""
+        sync = 2 if self.sync == LOCK else 1
+        return guarantee.LineConditions(self.board, Fraction(self.hz), sync, baud=self.baud)
+
     def run(self, phase: int, phases: int) -> str:
         """Run the line in one of so many phases; return its fault, or an empty text."""
         line = guarantee.line_at(self.motion, self.steps, Fraction(self.hz))

@@ -2,14 +2,18 @@
 """Guaranteed rates over the whole range of clocks: `pixstep-dev guarantee --sweep`.
 
 A slower clock leaves a board more time for each pixel. Where it is promised fewer steps a pixel
-than a faster one, the replay has a dip, which a campaign does not find that asks few clocks.
+than a faster one, and the faster one's line is refused there, the replay has a dip, which a
+campaign does not find that asks few clocks. A clock's own line has steeper ramps, the slower the
+clock: their pixels have more steps, of which each takes long to find.
 """
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import groupby
 
+from pixstep.board import guarantee
 from pixstep.board.port import BAUD
 from pixstep.progress import Progress, unseen
 from pixstep_dev.guarantee import rates
@@ -27,6 +31,12 @@ class Dip:
     steps: int
     faster_hz: int
     faster_steps: int
+
+    @property
+    def of_ramps(self) -> bool:
+        """Whether the faster clock's line is followed at this clock, too: the ramps are at fault."""
+        line = guarantee.line_at(self.line.motion, self.faster_steps, Fraction(self.faster_hz))
+        return guarantee.follows([line] * self.line.axes, self.line.world)
 
     def __str__(self) -> str:
         return f"{self.line}: {self.steps} steps/px, but {self.faster_steps} at {self.faster_hz} Hz"
@@ -62,7 +72,8 @@ def run(
             steps[line] = found
             progress(len(steps) / len(lines))
     kinds = (list(of_kind) for _, of_kind in groupby(steps, _kind))
-    return Sweep(steps, [dip for of_kind in kinds for dip in dips(of_kind, steps)])
+    found = (dip for of_kind in kinds for dip in dips(of_kind, steps))
+    return Sweep(steps, [dip for dip in found if not dip.of_ramps])
 
 
 def dips(lines: Sequence[RatedLine], steps: dict[RatedLine, int]) -> Iterator[Dip]:
