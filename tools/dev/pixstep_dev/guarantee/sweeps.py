@@ -34,7 +34,7 @@ class Dip:
 
     @property
     def of_ramps(self) -> bool:
-        """Whether the faster clock's line is followed at this clock, too: the ramps are at fault."""
+        """Whether the faster clock's line is followed here too: the ramps are at fault."""
         line = guarantee.line_at(self.line.motion, self.faster_steps, Fraction(self.faster_hz))
         return guarantee.follows([line] * self.line.axes, self.line.world)
 
@@ -72,8 +72,8 @@ def run(
             steps[line] = found
             progress(len(steps) / len(lines))
     kinds = (list(of_kind) for _, of_kind in groupby(steps, _kind))
-    found = (dip for of_kind in kinds for dip in dips(of_kind, steps))
-    return Sweep(steps, [dip for dip in found if not dip.of_ramps])
+    less = (dip for of_kind in kinds for dip in dips(of_kind, steps))
+    return Sweep(steps, [dip for dip in less if not dip.of_ramps])
 
 
 def dips(lines: Sequence[RatedLine], steps: dict[RatedLine, int]) -> Iterator[Dip]:
