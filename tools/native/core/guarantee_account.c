@@ -72,7 +72,7 @@ void loop_advance(struct loop *r, struct axis *a)
     }
     for (; loop_account_helps(r, a); a->tail++) {
         const struct part *part = &a->parts[a->tail];
-        cycles += part->account;
+        cycles += part->account + (a->trains != 0 ? r->cost->account_train_px : 0.0);
         a->used -= part->entries;
         a->marks -= part->mark ? 1u : 0u;
         a->trains -= part->train ? 1u : 0u;

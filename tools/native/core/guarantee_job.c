@@ -54,7 +54,6 @@ static void cost_train(const struct walk *w,
     job->part.train = true;
     job->cycles = c->train_px + c->train_step * w->steps;
     job->units = 20.0;
-    job->part.account = c->account_train_px;
 }
 
 // A board of several axes may spend a call on the beginning of a piece, and write it in another.
@@ -210,9 +209,6 @@ static void cost_piece(const struct walk *w,
     job->cycles += (train ? c->train_step : c->piece_step) * w->steps;
     job->units = 2.0 + (train ? 20.0 : w->steps) + 6.0 * waits;
     job->part.account = c->account_piece_px + entry_cost(w, c) * job->part.entries;
-    if (train) {
-        job->part.account += c->account_train_px;
-    }
 }
 
 static void cost_zero(const struct walk *w,

@@ -33,7 +33,8 @@ OF_CURVES = (
 _LEAD_TICKS, _MARKS = 0x20000, 13  # of lines that are locked
 _OFTEN = 5  # in a probe
 # Probes whose pixels are not alike, and of those that several axes make at once.
-_UNLIKE = ("turns", "rests", "mixed", "crowds")
+_CROWDS = "crowds"
+_UNLIKE = ("turns", "rests", "mixed", _CROWDS)
 _BETWEEN = "between"  # those of no more than a step between two edges of the clock
 _FEW, _STEEP = "few", "steep"  # those that bend: of few steps a pixel, and from a crawl to fast
 _NOTHING = dict.fromkeys(OF_REPLAY, 0.0)
@@ -93,28 +94,31 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
     def account(row: Spent, name: str) -> float:
         if name == "account":
             return row.looks
-        if name == "account_train_px":
-            return row.looks * times[row.probe.name]["train_step"][0] / row.probe.line.total_steps
-        return times[row.probe.name][name][1] * row.share
+        return _accounted(row, times[row.probe.name], name)
 
-    # Looks at slow lines, of which most find nothing, would hide what an entry costs.
-    accounts = _solve(spent, ("account", *ACCOUNTS), account, lambda row: row.account, 0.5)
-    _raise(decoding, "turned_px", spent, ("turns",), decode, lambda row: row.decode)
+    # Looks at slow lines, of which most find nothing, would hide what an entry costs; and those at
+    # slow trains, which find out as much, what a train's pixel does.
+    fast = [row for row in spent if not row.probe.name.startswith(("train", "mixed"))]
+    accounts = _solve(fast, ("account", *ACCOUNTS), account, lambda row: row.account, 0.5)
+    _raise(decoding, "turned_px", spent, ("turns",), decode, lambda row: row.decode, 0.0)
     _raise(decoding, "crawl_px", spent, (_STEEP,), decode, lambda row: row.decode, 0.0)
     _raise(decoding, "curved_start", spent, (_FEW,), decode, lambda row: row.decode, 0.0)
     _raise(accounts, "account_curve_px", spent, ("bends",), account, lambda row: row.account)
     _raise(accounts, "account_piece_px", spent, ("turns",), account, lambda row: row.account)
-    _raise(
-        accounts,
-        "account_train_px",
-        spent,
-        ("train", "mixed", "crowds"),
-        account,
-        lambda row: row.account,
-    )
+    _raise(accounts, "account_train_px", spent, (_CROWDS,), account, lambda row: row.account)
     found = decoding | accounts | _rounds(spent)
     found["round_unlike"] = _round_unlike(board, spent, found)
     return found | {"low": max(0.0, *(row[1] for row in misses(board, spent, found)))}
+
+
+def _accounted(row: Spent, times: dict[str, tuple[float, float]], name: str) -> float:
+    """Return how often the account of a probe's line has a cost while it is looked at.
+
+    Where there are trains any pixel is accounted for while some are among those that are decoded.
+    """
+    if name != "account_train_px":
+        return row.share * times[name][1]
+    return row.share * len(row.probe.line.counts) if times["train_step"][0] else 0.0
 
 
 def _early(board: str, row: Spent) -> float:
@@ -213,7 +217,7 @@ def _reckoned(board: str, row: Spent, costs: dict[str, float]) -> float:
     decode = costs["call"] * row.calls + costs["early"] * _early(board, row)
     decode += sum(costs[name] * times[name][0] for name in DECODING)
     account = costs["account"] * row.looks
-    account += row.share * sum(costs[name] * times[name][1] for name in ACCOUNTS)
+    account += sum(costs[name] * _accounted(row, times, name) for name in ACCOUNTS)
     rounds = sum(costs[name] * _times_round(row, name) for name in ROUNDS)
     if row.probe.name.startswith(_UNLIKE):
         rounds += costs.get("round_unlike", 0.0) * row.passes

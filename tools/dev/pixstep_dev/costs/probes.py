@@ -181,6 +181,10 @@ def of_board(board: str) -> list[CostProbe]:
         )
     ]
     found += [
+        CostProbe(f"turns uneven {hz}", hz, Line((2, -4) * 10, PLAIN, name="turns"))
+        for hz in (200, 400)
+    ]
+    found += [
         CostProbe(f"{name} {counts} {hz} {axes}", hz, Line(counts * (own // 6), PLAIN), axes)
         for axes in sorted({1, all_axes})
         for name, hz, counts in (
@@ -199,6 +203,7 @@ def of_board(board: str) -> list[CostProbe]:
             ("crowds", 100, (86,)),
             ("crowds", 100, (110,)),
             ("crowds", 150, (177,)),
+            ("crowds", 150 if board == "mega" else 400, (120, 121, 119, 122)),
             ("crowds", 100, (400,)),
         )
     ]
