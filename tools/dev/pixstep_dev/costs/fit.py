@@ -100,6 +100,7 @@ def fit(board: str, spent: Sequence[Spent]) -> dict[str, float]:
     # slow trains, which find out as much, what a train's pixel does.
     fast = [row for row in spent if not row.probe.name.startswith(("train", "mixed"))]
     accounts = _solve(fast, ("account", *ACCOUNTS), account, lambda row: row.account, 0.5)
+    _raise(decoding, "train_px", spent, (_CROWDS,), decode, lambda row: row.decode, 0.0)
     _raise(decoding, "turned_px", spent, ("turns",), decode, lambda row: row.decode, 0.0)
     _raise(decoding, "crawl_px", spent, (_STEEP,), decode, lambda row: row.decode, 0.0)
     _raise(decoding, "curved_start", spent, (_FEW,), decode, lambda row: row.decode, 0.0)
