@@ -253,6 +253,16 @@ LATE = {  # all but the last ended in a fault in the simulator, some on other ax
     "trains, pixels and rests that one axis writes while the others wait": (
         [Line((86, 177, 259, 172, 86, 0) * 9, PLAIN)] * 4, clocked("mega", 162, 1),
     ),
+    "a plain line that waits for room beside curves": (
+        [
+            Line((60, 80) * 28, PLAIN),
+            Line((7, 22, 37, 52, 68, 83, 98, 114, 122, 114, 98, 83, 68, 52, 37, 22, 7), SMOOTH),
+        ],
+        clocked("m1284", 603, 1),
+    ),
+    "a turning line beside a fast one": (
+        [Line((2, -4) * 28, PLAIN), Line((50,) * 56, PLAIN)], clocked("m1284", 1288, 1, sync=2),
+    ),
     "two pixels": ([Line((1, 1543), PLAIN)], clocked("uno", 5000, 32)),
     "more edges than were tried": ([Line((5,) * 50, PLAIN)], clocked("m1284", 6000, 50)),
 }  # fmt: skip

@@ -72,11 +72,13 @@ static struct axis *first_to_end(struct loop *r, uint32_t out)
     return found;
 }
 
-// Those of the axes that are out for which an account finds nothing new.
+// Those of the axes that are out whose train is not over meanwhile: one that waits for room is out
+// until the round ends.
 static uint32_t still_out(const struct loop *r, uint32_t out)
 {
     for (uint32_t i = 0; i < r->axes; i++) {
-        if (loop_account_helps(r, &r->axis[i])) {
+        const struct axis *a = &r->axis[i];
+        if (a->known && loop_awaits_train(a) && loop_account_helps(r, a)) {
             out &= ~(1u << i);
         }
     }

@@ -37,7 +37,7 @@ MOST_EDGES_HZ = 5000  # with more than this nobody has tried what a board follow
 # at the guaranteed rates beside a saturated bus, and by what a search found: with less, some that
 # were accepted failed. On a fast clock or bus small costs add up that are not reckoned.
 _PART, _MOST, _MOST_FAST, _MOST_FASTER = 1.08, 1.14, 1.18, 1.25
-_FAST_HZ, _FASTER_HZ = 1000, 2000  # of the clock's edges; lines that turn beside others count most
+_FAST_HZ, _FASTER_HZ = 1000, 2000  # of the clock's edges
 _CLOCKS = (Fraction(1), Fraction(97, 100), Fraction(93, 100))  # shares of the one asked
 _SPARE_TICKS = 2500  # by which each part must be early, beside all that is reckoned
 ADVICE = "beyond=True lets the board try"
@@ -138,10 +138,10 @@ def loop_of(world: LineConditions, margin: float = 1.0) -> Loop:
     )
 
 
-def _margins(lines: Sequence[Line], world: LineConditions) -> tuple[float, ...]:
+def _margins(world: LineConditions) -> tuple[float, ...]:
     clock_hz = world.pixel_hz * world.divider
     most = _MOST_FAST if clock_hz >= _FAST_HZ or world.baud > BAUD else _MOST
-    if clock_hz >= _FASTER_HZ or (len(lines) > 1 and any(line.turns for line in lines)):
+    if clock_hz >= _FASTER_HZ:
         most = _MOST_FASTER
     return 1.0, _PART, max(most, 1.0 + costs.of(world.board).low)
 
@@ -158,7 +158,7 @@ def verdicts(lines: Sequence[Line], world: LineConditions) -> Iterator[ReplayVer
         found["request_byte"] += _DATA_SHARE * _DATA_BYTE_CYCLES
     replay = Replay(lines)
     most_calls = _CALLS_STREAMED if streamed else 0
-    for share, margin in product(_CLOCKS, _margins(lines, world)):
+    for share, margin in product(_CLOCKS, _margins(world)):
         loop = loop_of(replace(world, pixel_hz=share * world.pixel_hz), margin)
         yield replay.judge(found, replace(loop, most_calls=most_calls))
 
