@@ -29,6 +29,7 @@ PPM = (600, -500, 0)
 NEVER = 2.0  # a share: no fault as far as was tried
 _KEPT = 24  # patterns whose children are tried
 _NEW = 0.2  # of those that are tried
+_TWO = 0.4  # of new ones have two kinds of lines
 _TOPS = (1, 2, 3, 6, 10, 15, 30, 60, 100, 130, 300, 800)
 _HELD_PX = 600
 _CLOSER = 1.01  # the guaranteed clock is found to 1 %
@@ -37,7 +38,10 @@ _AHEAD = 1.4  # times the clock that is refused first, up to which others are tr
 
 @dataclass(frozen=True)
 class Pattern:
-    """Counts that lines repeat, and the world they run in; `shift`: counts from axis to axis."""
+    """Counts that lines repeat, and the world they run in; `shift`: counts from axis to axis.
+
+    Every other axis repeats the counts `beside`, if there are any, smooth ones or not.
+    """
 
     board: str
     counts: tuple[int, ...]
@@ -49,16 +53,22 @@ class Pattern:
     divider: int
     loaded: bool
     baud: int
+    beside: tuple[int, ...] = ()
+    beside_smooth: bool = False
 
     def lines(self) -> list[Line]:
         """Return a line for each axis."""
-        return [self._line(axis * self.shift % len(self.counts)) for axis in range(self.axes)]
+        return [self._line(axis) for axis in range(self.axes)]
 
-    def _line(self, first: int) -> Line:
-        counts = self.counts[first:] + self.counts[:first]
+    def _line(self, axis: int) -> Line:
+        counts, smooth = self.counts, self.smooth
+        if self.beside and axis % 2:
+            counts, smooth = self.beside, self.beside_smooth
+        first = axis * self.shift % len(counts)
+        counts = counts[first:] + counts[:first]
         often = OWN_PX[self.board] // len(counts)
-        often = _HELD_PX if len(counts) == 1 else max(1, often // 2 if self.smooth else often)
-        if not self.smooth:
+        often = _HELD_PX if len(counts) == 1 else max(1, often // 2 if smooth else often)
+        if not smooth:
             return Line(counts * often, PLAIN, name="pattern")
         speeds = [abs(count) // 2 * 2 + 2 for count in counts] * often
         up, down = (lines.ramp(speed, Fraction(self.hz)) for speed in (speeds[0], speeds[-1]))
@@ -66,13 +76,19 @@ class Pattern:
 
     def may_run(self) -> bool:
         """Whether the board's limits allow it."""
-        if not LEAST_HZ <= self.hz <= MOST_HZ // self.divider or not any(self.counts):
+        if not LEAST_HZ <= self.hz <= MOST_HZ // self.divider:
             return False
+        both = ((self.counts, self.smooth), (self.beside, self.beside_smooth))
+        return all(self._may_run(*one) for one in both[: 2 if self.beside else 1])
+
+    def _may_run(self, counts: tuple[int, ...], smooth: bool) -> bool:
         clock = {"sync": 2 if self.sync == LOCK else 1, "divider": self.divider}
         able = capability_of(self.board, Fraction(self.hz), axes=self.axes, clock=clock)
-        if self.smooth:
-            return max(map(abs, self.counts)) + 2 <= able.top_speed(SMOOTH_KIND)
-        moving = [count for count in self.counts if count]
+        if smooth:
+            return max(map(abs, counts)) + 2 <= able.top_speed(SMOOTH_KIND)
+        moving = [count for count in counts if count]
+        if not moving:
+            return False
         turns = (max(abs(a), abs(b)) for a, b in pairwise([*moving, moving[0]]) if a * b < 0)
         return (
             max(map(abs, moving)) <= able.top_speed(PLAIN_KIND)
@@ -101,8 +117,9 @@ class Pattern:
 
     def __str__(self) -> str:
         return (
-            f"{self.board}, {self.axes} axes, {'smooth' if self.smooth else 'plain'} "
-            f"{','.join(map(str, self.counts))} (shift {self.shift}), {self.sync} at {self.hz} Hz"
+            f"{self.board}, {self.axes} axes, {_text(self.counts, self.smooth)}"
+            f"{f' beside {_text(self.beside, self.beside_smooth)}' if self.beside else ''}"
+            f" (shift {self.shift}), {self.sync} at {self.hz} Hz"
             f"{f' of {self.divider} edges' if self.divider > 1 else ''}, {self.baud} baud"
             f"{', loaded' if self.loaded else ''}"
         )
@@ -165,8 +182,12 @@ def search(board: str, tries: int, seed: int) -> list[Close]:
     return kept
 
 
-def _key(one: Close) -> tuple[tuple[int, ...], int, str]:
-    return one.pattern.counts, one.pattern.axes, one.pattern.sync
+def _text(counts: tuple[int, ...], smooth: bool) -> str:
+    return f"{'smooth' if smooth else 'plain'} {','.join(map(str, counts))}"
+
+
+def _key(one: Close) -> tuple[tuple[int, ...], tuple[int, ...], int, str]:
+    return one.pattern.counts, one.pattern.beside, one.pattern.axes, one.pattern.sync
 
 
 def _parent(some: random.Random, kept: list[Close]) -> Pattern:
@@ -174,15 +195,20 @@ def _parent(some: random.Random, kept: list[Close]) -> Pattern:
 
 
 def _any(some: random.Random, board: str) -> Pattern:
-    top = some.choice(_TOPS)
-    counts = tuple(_count(some, top) for _ in range(some.choice((1, 2, 3, 4, 4, 5, 6, 8, 10))))
+    counts = _counts(some)
     most = boards.load(board).axes
     return Pattern(
         board, counts, some.random() < 0.3, some.choice((1, most, some.randint(1, most))),
         some.choice((0, 0, 1, 2)), some.choice((30, 60, 120, 250, 500, 800, 1200, 1800, 2500)),
         some.choice((START, LOCK)), some.choice((1, 1, 1, 2, 3, 8)), some.random() < 0.5,
         some.choice((115_200, 115_200, 500_000)),
+        _counts(some) if some.random() < _TWO else (), some.random() < 0.5,
     )  # fmt: skip
+
+
+def _counts(some: random.Random) -> tuple[int, ...]:
+    top = some.choice(_TOPS)
+    return tuple(_count(some, top) for _ in range(some.choice((1, 2, 3, 4, 4, 5, 6, 8, 10))))
 
 
 def _count(some: random.Random, top: int) -> int:
@@ -201,7 +227,11 @@ def _child(some: random.Random, parent: Pattern) -> Pattern:
         {"divider": some.choice((1, 2, 3, 4, 8))},
         {"loaded": not parent.loaded},
         {"baud": some.choice((115_200, 250_000, 500_000))},
+        {"beside": () if parent.beside else _counts(some)},
+        {"beside_smooth": not parent.beside_smooth},
     ]
+    if parent.beside and some.random() < 0.35:
+        return replace(parent, beside=_changed(some, list(parent.beside)))
     if some.random() < 0.65:
         return replace(parent, counts=_changed(some, list(parent.counts)))
     return replace(parent, **some.choice(changes))  # type: ignore[arg-type]
