@@ -33,11 +33,11 @@ INSIDE = 1.15  # where edges of the clock come inside of a pixel, in the middle 
 BURST = 1.3  # and where the train begins behind slower steps: the interrupt has more to do there
 MOST_EDGES_HZ = 5000  # with more than this nobody has tried what a board follows
 # Times what is measured: a part of the most, and the most, unless the table of costs misses more of
-# its worst probe. Chosen by the campaign's sets, by lines
-# at the guaranteed rates beside a saturated bus, and by what a search found: with less, some that
-# were accepted failed. On a fast clock or bus small costs add up that are not reckoned.
-_PART, _MOST, _MOST_FAST, _MOST_FASTER = 1.08, 1.14, 1.18, 1.25
-_FAST_HZ, _FASTER_HZ = 1000, 2000  # of the clock's edges
+# its worst probe. Chosen by the campaign's sets, by lines at the guaranteed rates beside a saturated
+# bus, and by what a search found: with less, some that were accepted failed. On a fast clock small
+# costs add up that are not reckoned.
+_PART, _MOST, _MOST_FAST = 1.08, 1.14, 1.25
+_FAST_HZ = 2000  # of the clock's edges
 _CLOCKS = (Fraction(1), Fraction(97, 100), Fraction(93, 100))  # shares of the one asked
 _SPARE_TICKS = 2500  # by which each part must be early, beside all that is reckoned
 ADVICE = "beyond=True lets the board try"
@@ -139,10 +139,7 @@ def loop_of(world: LineConditions, margin: float = 1.0) -> Loop:
 
 
 def _margins(world: LineConditions) -> tuple[float, ...]:
-    clock_hz = world.pixel_hz * world.divider
-    most = _MOST_FAST if clock_hz >= _FAST_HZ or world.baud > BAUD else _MOST
-    if clock_hz >= _FASTER_HZ:
-        most = _MOST_FASTER
+    most = _MOST_FAST if world.pixel_hz * world.divider >= _FAST_HZ else _MOST
     return 1.0, _PART, max(most, 1.0 + costs.of(world.board).low)
 
 
