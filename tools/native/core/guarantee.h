@@ -44,7 +44,7 @@ struct guarantee_costs {
     double locked_px;     // more of each locked pixel
     double early;         // to ask for one that must wait for the clock, once a call
     // The account of what was made: a look, a pixel, an entry of a short pixel and of a long one,
-    // a pixel of a curve, of another piece, more of one at a pulse train.
+    // a pixel of a curve, of another piece, more of any while there are pulse trains.
     double account, account_px, account_entry, account_long_entry;
     double account_curve_px, account_piece_px, account_train_px;
     // An edge of the clock, a pass of the main loop with nothing to do; of locked lines.

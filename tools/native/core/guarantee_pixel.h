@@ -37,7 +37,7 @@ struct part {
     double entries, steps, account;
     bool mark, train;
     bool whole; // the account takes it as a whole
-    bool other; // it is of the common way, or a train
+    bool other; // it is of the common way, a train, or a pixel of many steps
 };
 
 struct job {

@@ -33,7 +33,7 @@ INSIDE = 1.15  # where edges of the clock come inside of a pixel, in the middle 
 BURST = 1.3  # and where the train begins behind slower steps: the interrupt has more to do there
 MOST_EDGES_HZ = 5000  # with more than this nobody has tried what a board follows
 # Times what is measured: a part of the most, and the most, unless the table of costs misses more of
-# its worst probe. Chosen by the campaign's sets, by lines at the guaranteed rates beside a saturated
+# its worst probe. Chosen by the campaign's sets, by lines at guaranteed rates beside a saturated
 # bus, and by what a search found: with less, some that were accepted failed. On a fast clock small
 # costs add up that are not reckoned.
 _PART, _MOST, _MOST_FAST = 1.08, 1.14, 1.25
