@@ -123,12 +123,12 @@ static bool decode_in_turn(struct loop *r)
     return any;
 }
 
-// True when an account is advanced out of turn: much is made, the marks are full, or a train that
-// the decoder waits for is over.
+// True when an account is advanced out of turn: much is made, the marks are full, or a train is over
+// that the decoder of one of several axes waits for.
 static bool is_urgent(const struct loop *r, const struct axis *a)
 {
     double made = loop_made_entries(r, a);
-    bool awaited = a->known && loop_awaits_train(a);
+    bool awaited = r->several && a->known && loop_awaits_train(a);
 
     return made >= URGENT_ENTRIES || (made > 0.0 && (a->marks >= MARKS || awaited));
 }
