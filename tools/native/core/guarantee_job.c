@@ -5,11 +5,11 @@
 
 #define STEEP_BATCH  30.0 // of a board of several axes
 #define SLOW_ENTRIES 48.0
-#define MANY_STEPS  64.0 // of a pixel: looks at its account find nothing until it is over
-#define TRAIN_ENTRY 127.0
-#define CRAWL       8.0  // times as fast at its other end
-#define CRAWL_STEPS 20.0 // of so many, and of fewer less
-#define PIECE_UNITS 60.0 // to begin one, of a board of several axes
+#define MANY_STEPS   64.0
+#define TRAIN_ENTRY  127.0
+#define CRAWL        8.0  // times as fast at its other end
+#define CRAWL_STEPS  20.0 // of so many, and of fewer less
+#define PIECE_UNITS  60.0 // to begin one, of a board of several axes
 
 double walk_chunks(double ticks)
 {
@@ -294,6 +294,26 @@ static void find_front(const struct walk *w, struct job *job)
     job->waits = chunks <= 0.0;
 }
 
+// Whether passes beside it cost more: looks at the account of many steps find nothing until their
+// pixel is over.
+static bool is_other(const struct walk *w, double steps)
+{
+    switch (w->kind) {
+    case EVEN:
+    case CURVED:
+        return steps > MANY_STEPS;
+    case SINGLES:
+        return w->common;
+    case CURVE:
+        return false;
+    case TRAIN:
+    case PIECE:
+    case ZERO:
+    default:
+        return true;
+    }
+}
+
 void walk_job(const struct walk *walk,
               const struct guarantee_costs *costs,
               const struct guarantee_board *board,
@@ -309,9 +329,7 @@ void walk_job(const struct walk *walk,
     job->part.end = job->last ? walk->from + walk->ticks : when(walk, walk->done + steps);
     job->part.mark = job->last;
     job->part.whole = walk->kind == EVEN || walk->kind == CURVED;
-    job->part.other = walk->kind == PIECE || walk->kind == ZERO || walk->kind == TRAIN ||
-                      (walk->kind == SINGLES && walk->common) ||
-                      (job->part.whole && steps > MANY_STEPS);
+    job->part.other = is_other(walk, steps);
     cost_part(walk, costs, board, job);
     if (board->lead_edges != 0 && walk->done <= 0.0) {
         job->cycles += costs->locked_px;

@@ -123,8 +123,8 @@ static bool decode_in_turn(struct loop *r)
     return any;
 }
 
-// True when an account is advanced out of turn: much is made, the marks are full, or a train is over
-// that the decoder of one of several axes waits for.
+// True when an account is advanced out of turn: much is made, the marks are full, or, with several
+// axes, a train is over that the decoder waits for.
 static bool is_urgent(const struct loop *r, const struct axis *a)
 {
     double made = loop_made_entries(r, a);
