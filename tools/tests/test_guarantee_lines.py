@@ -218,6 +218,7 @@ def clocked(board, edge_hz, divider, sync=1):
     return guarantee.LineConditions(board, Fraction(edge_hz, divider), sync, divider)
 
 
+HUMP = (7, 22, 37, 52, 68, 83, 98, 114, 122, 114, 98, 83, 68, 52, 37, 22, 7)
 LATE = {  # all but the last ended in a fault in the simulator, some on other axes than the first
     "rests of two axes": ([Line((0, 90) * 700, PLAIN)] * 2, clocked("mega", 700, 1)),
     "edges in trains": ([Line((1133,) * 100, PLAIN)] * 2, clocked("m1284", 3000, 30, sync=2)),
@@ -245,7 +246,7 @@ LATE = {  # all but the last ended in a fault in the simulator, some on other ax
         clocked("m1284", 643, 1, sync=2),
     ),
     "trains behind a rest": (
-        [Line((1, 300, 300, 0) * 14, PLAIN)], clocked("m1284", 792, 1, sync=2),
+        [Line((1, 300, 300, 0) * 14, PLAIN)], clocked("m1284", 784, 1, sync=2),
     ),
     "steps behind slow ones, of which no train is made": (
         [Line((1, 1, 260) * 18, PLAIN)] * 3, clocked("mega", 240, 1, sync=2),
@@ -256,7 +257,7 @@ LATE = {  # all but the last ended in a fault in the simulator, some on other ax
     "a plain line that waits for room beside curves": (
         [
             Line((60, 80) * 28, PLAIN),
-            Line((7, 22, 37, 52, 68, 83, 98, 114, 122, 114, 98, 83, 68, 52, 37, 22, 7), SMOOTH),
+            Line((*HUMP, *(0,) * 6) * 4 + HUMP, SMOOTH),
         ],
         clocked("m1284", 603, 1),
     ),

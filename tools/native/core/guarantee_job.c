@@ -11,7 +11,8 @@
 #define CRAWL_STEPS  20.0 // of so many, and of fewer less
 #define PIECE_UNITS  60.0 // to begin one, of a board of several axes
 
-double walk_chunks(double ticks)
+// Periods of a long interval, but for its last.
+static double chunks_of(double ticks)
 {
     return ticks > PERIOD_TICKS ? ceil((ticks - PERIOD_TICKS) / CHUNK_TICKS) : 0.0;
 }
@@ -197,8 +198,8 @@ static void cost_piece(const struct walk *w,
                        struct job *job)
 {
     double interval = w->ticks / fmax(w->steps, 1.0);
-    double waits = walk_chunks(w->waited + interval) +
-                   walk_chunks(interval) * fmax(w->steps - 1.0, 0.0);
+    double waits =
+        chunks_of(w->waited + interval) + chunks_of(interval) * fmax(w->steps - 1.0, 0.0);
     bool train = w->steps > TRAIN_STEPS;
 
     job->part.entries =
@@ -216,7 +217,7 @@ static void cost_zero(const struct walk *w,
                       const struct guarantee_board *board,
                       struct job *job)
 {
-    double waits = walk_chunks(w->waited + w->ticks);
+    double waits = chunks_of(w->waited + w->ticks);
 
     begin(board, c->zero_px, job);
     job->part.entries = slow_entries(0.0, 1.0 + waits);
@@ -285,10 +286,10 @@ static void find_front(const struct walk *w, struct job *job)
     job->front = job->part.end;
     if (job->part.steps > 0.0) {
         double interval = waited + job->part.end - when(w, done - 1.0);
-        job->last_ticks = interval - walk_chunks(interval) * CHUNK_TICKS;
+        job->last_ticks = interval - chunks_of(interval) * CHUNK_TICKS;
         return;
     }
-    double chunks = walk_chunks(waited + w->ticks);
+    double chunks = chunks_of(waited + w->ticks);
     job->front += chunks * CHUNK_TICKS - waited - w->ticks;
     job->last_ticks = CHUNK_TICKS;
     job->waits = chunks <= 0.0;

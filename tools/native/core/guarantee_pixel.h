@@ -84,9 +84,6 @@ void walk_job(const struct walk *walk,
 // It is written.
 void walk_pass(struct walk *walk, const struct job *job);
 
-// Periods of which all but the last of a long interval are made.
-double walk_chunks(double ticks);
-
 // Steps k0 to k1 of a curve.
 void guarantee_curve(const struct curve_shape *curve,
                      double k0,

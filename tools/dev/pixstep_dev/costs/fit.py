@@ -32,9 +32,8 @@ OF_CURVES = (
 )  # fmt: skip
 _LEAD_TICKS, _MARKS = 0x20000, 13  # of lines that are locked
 _OFTEN = 5  # in a probe
-# Probes whose pixels are not alike, and of those that several axes make at once.
-_CROWDS = "crowds"
-_UNLIKE = ("turns", "rests", "mixed", _CROWDS)
+_CROWDS = "crowds"  # probes of trains and long pixels, on one axis and on all
+_UNLIKE = ("turns", "rests", "mixed", _CROWDS)  # those that make passes dearer
 _BETWEEN = "between"  # those of no more than a step between two edges of the clock
 _FEW, _STEEP = "few", "steep"  # those that bend: of few steps a pixel, and from a crawl to fast
 _NOTHING = dict.fromkeys(OF_REPLAY, 0.0)

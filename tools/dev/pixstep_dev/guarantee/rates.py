@@ -19,6 +19,7 @@ from pixstep.board.port import BAUD
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.job import LOCK, START, LineExperiment, run_job
 from pixstep_dev import guaranteed
+from pixstep_dev.guarantee.sets import world_of
 
 CLOCKS_HZ = (30, 100, 300, 1000, 2000)
 MOST_PPM = 900
@@ -47,8 +48,7 @@ class RatedLine:
     @property
     def world(self) -> guarantee.LineConditions:
         """What it is judged by."""
-        sync = 2 if self.sync == LOCK else 1
-        return guarantee.LineConditions(self.board, Fraction(self.hz), sync, baud=self.baud)
+        return world_of(self.board, self.hz, self.sync, self.baud)
 
     def run(self, phase: int, phases: int) -> str:
         """Run the line in one of so many phases; return its fault, or an empty text."""

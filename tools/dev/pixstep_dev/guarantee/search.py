@@ -56,14 +56,18 @@ class Pattern:
     beside: tuple[int, ...] = ()
     beside_smooth: bool = False
 
+    @property
+    def _kinds(self) -> list[tuple[tuple[int, ...], bool]]:
+        """Counts, and whether they are smooth: those of the axes, by turns."""
+        first = (self.counts, self.smooth)
+        return [first, (self.beside, self.beside_smooth)] if self.beside else [first]
+
     def lines(self) -> list[Line]:
         """Return a line for each axis."""
         return [self._line(axis) for axis in range(self.axes)]
 
     def _line(self, axis: int) -> Line:
-        counts, smooth = self.counts, self.smooth
-        if self.beside and axis % 2:
-            counts, smooth = self.beside, self.beside_smooth
+        counts, smooth = self._kinds[axis % len(self._kinds)]
         first = axis * self.shift % len(counts)
         counts = counts[first:] + counts[:first]
         often = OWN_PX[self.board] // len(counts)
@@ -78,10 +82,9 @@ class Pattern:
         """Whether the board's limits allow it."""
         if not LEAST_HZ <= self.hz <= MOST_HZ // self.divider:
             return False
-        both = ((self.counts, self.smooth), (self.beside, self.beside_smooth))
-        return all(self._may_run(*one) for one in both[: 2 if self.beside else 1])
+        return all(self._kind_may_run(*kind) for kind in self._kinds)
 
-    def _may_run(self, counts: tuple[int, ...], smooth: bool) -> bool:
+    def _kind_may_run(self, counts: tuple[int, ...], smooth: bool) -> bool:
         clock = {"sync": 2 if self.sync == LOCK else 1, "divider": self.divider}
         able = capability_of(self.board, Fraction(self.hz), axes=self.axes, clock=clock)
         if smooth:
@@ -117,8 +120,7 @@ class Pattern:
 
     def __str__(self) -> str:
         return (
-            f"{self.board}, {self.axes} axes, {_text(self.counts, self.smooth)}"
-            f"{f' beside {_text(self.beside, self.beside_smooth)}' if self.beside else ''}"
+            f"{self.board}, {self.axes} axes, {' beside '.join(_text(*one) for one in self._kinds)}"
             f" (shift {self.shift}), {self.sync} at {self.hz} Hz"
             f"{f' of {self.divider} edges' if self.divider > 1 else ''}, {self.baud} baud"
             f"{', loaded' if self.loaded else ''}"
